@@ -1,0 +1,46 @@
+#include <fmt/format.h>
+
+#include "app/commands.h"
+#include "app/exit_status.h"
+#include "engine/device/context.h"
+
+namespace merl::app {
+namespace {
+
+int list() {
+    const auto devices = device::list_devices();
+    if (devices.empty()) {
+        fmt::print("no Vulkan driver found; on Debian: apt-get install mesa-vulkan-drivers\n");
+        return kDevice;
+    }
+    bool usable = false;
+    for (const auto& d : devices) {
+        fmt::print("{}: {}\n   {}, Vulkan {}, {}\n", d.index, d.name, d.kind, d.vulkan,
+                   d.driver.empty() ? "unknown driver" : d.driver);
+        if (d.refusal) {
+            fmt::print("   cannot be used: {}\n", *d.refusal);
+        } else {
+            usable = true;
+            fmt::print("   can be used: {:.1f} GiB of memory, buffers up to {:.2f} GiB, {} lanes a "
+                       "subgroup\n",
+                       static_cast<double>(d.limits.heap_bytes) / 0x1p30,
+                       static_cast<double>(d.limits.storage_buffer_bytes) / 0x1p30,
+                       d.limits.subgroup_size);
+        }
+    }
+    return usable ? kSuccess : kDevice;
+}
+
+}  // namespace
+
+void add_devices(CLI::App& program, Command& chosen) {
+    auto* command = program.add_subcommand(
+        "devices", "Every Vulkan device, whether it can be used, and if not why");
+    command->footer("Examples:\n"
+                    "  merl-scan devices\n"
+                    "  merl-scan scan --device 0        by its number\n"
+                    "  merl-scan scan --device llvm     by a part of its name");
+    command->callback([&chosen] { chosen = list; });
+}
+
+}  // namespace merl::app

@@ -1,0 +1,41 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace merl::app {
+
+/// A float RGB image, rows from the top.
+struct Image {
+    Image(std::uint32_t width_, std::uint32_t height_)
+        : width(width_), height(height_), pixels(std::size_t{width_} * height_) {}
+
+    std::uint32_t width;
+    std::uint32_t height;
+    std::vector<std::array<float, 3>> pixels;
+
+    std::array<float, 3>& at(std::uint32_t x, std::uint32_t y) {
+        return pixels[std::size_t{y} * width + x];
+    }
+    const std::array<float, 3>& at(std::uint32_t x, std::uint32_t y) const {
+        return pixels[std::size_t{y} * width + x];
+    }
+};
+
+/// 32-bit float OpenEXR, channels R, G and B, the values as they are. Throws Error (output).
+void write_exr(const std::filesystem::path& path, const Image& image);
+
+/// 8-bit PNG of values that are already encoded for display, clamped to [0, 1]. Throws Error
+/// (output).
+void write_png(const std::filesystem::path& path, const Image& image);
+
+/// The sRGB encoding (IEC 61966-2-1) of linear light in [0, 1]; beyond it is clamped.
+float srgb(float linear);
+
+/// The sRGB encoding of a grey whose CIE lightness L* is 100·value: equal steps look equal.
+float lightness(float value);
+
+}  // namespace merl::app

@@ -1,0 +1,81 @@
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <exception>
+#include <new>
+#include <stdexcept>
+
+#include "app/commands.h"
+#include "app/exit_status.h"
+#include "app/interrupt.h"
+#include "app/version.h"
+#include "engine/error.h"
+
+namespace {
+
+using namespace merl::app;
+
+int status_of(merl::Fault fault) {
+    switch (fault) {
+        case merl::Fault::usage:
+            return kUsage;
+        case merl::Fault::input:
+            return kInput;
+        case merl::Fault::device:
+            return kDevice;
+        case merl::Fault::output:
+            return kOutput;
+    }
+    return kInternal;
+}
+
+int complain(const char* kind, const std::string& message, int status) {
+    fmt::print(stderr, "merl-scan: {}{}\n", kind, message);
+    return status;
+}
+
+/// Runs the chosen command; whatever goes wrong becomes one line and an exit status.
+int run(const Command& command) {
+    try {
+        return command();
+    } catch (const merl::Error& error) {
+        return complain("", error.what(), status_of(error.fault()));
+    } catch (const Interrupted& interrupt) {
+        return complain("", "interrupted; nothing was written", kInterrupted + interrupt.signal());
+    } catch (const std::bad_alloc&) {
+        return complain("", "out of memory", kInternal);
+    } catch (const std::exception& error) {
+        return complain("internal error: ", error.what(), kInternal);
+    }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    CLI::App program("The bench for reflectance metrics: where do two of them disagree?", "merl-scan");
+    program.set_version_flag("--version", merl::app::kVersion);
+    program.require_subcommand(1);
+    program.footer(
+        "Examples:\n"
+        "  merl-scan scan                                   the built-in database, into ./merl-scan-results\n"
+        "  merl-scan scan --database ~/merl/brdfs --out results\n"
+        "  merl-scan verify                                 is this device exact?\n"
+        "  merl-scan scan --help                            all options of a command\n"
+        "\n"
+        "Exit status: 0 success, 1 verification failed, 2 usage, 3 bad input, 4 no usable device,\n"
+        "5 output cannot be written, 70 internal error, 128 + signal when interrupted.");
+    Command chosen;
+    add_scan(program, chosen);
+    add_devices(program, chosen);
+    add_database(program, chosen);
+    add_verify(program, chosen);
+    add_slices(program, chosen);
+    try {
+        program.parse(argc, argv);
+    } catch (const CLI::ParseError& error) {
+        return program.exit(error) == 0 ? kSuccess : kUsage;
+    }
+    catch_interrupts();
+    return run(chosen);
+}

@@ -1,0 +1,34 @@
+#include "app/progress.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <cstdio>
+
+#include "app/interrupt.h"
+
+namespace merl::app {
+
+Progress::Progress(std::string title, bool quiet)
+    : title_(std::move(title)), visible_(!quiet && ::isatty(STDERR_FILENO) != 0) {}
+
+Progress::~Progress() {
+    if (shown_) {
+        std::fputs("\r\x1b[K", stderr);
+    }
+}
+
+void Progress::update(double share) {
+    throw_if_interrupted();
+    const double seconds =
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+    if (!visible_ || seconds < 1 || share <= 0) {
+        return;
+    }
+    shown_ = true;
+    fmt::print(stderr, "\r\x1b[K{}: {:.0f} %, about {:.0f} s left", title_, share * 100,
+               seconds / share * (1 - share));
+    std::fflush(stderr);
+}
+
+}  // namespace merl::app

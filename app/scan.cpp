@@ -1,0 +1,328 @@
+#include "scan/scan.h"
+
+#include <fmt/format.h>
+#include <tbb/global_control.h>
+
+#include <chrono>
+#include <cstdlib>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <thread>
+
+#include "app/commands.h"
+#include "app/exit_status.h"
+#include "app/interrupt.h"
+#include "app/output_directory.h"
+#include "app/progress.h"
+#include "app/version.h"
+#include "engine/device/context.h"
+#include "engine/error.h"
+#include "engine/reflectance/distances.h"
+#include "scan/csv.h"
+#include "scan/disagreements.h"
+#include "scan/selection.h"
+#include "scan/tables.h"
+
+namespace merl::app {
+namespace {
+
+using nlohmann::ordered_json;
+
+struct Options {
+    std::string database;
+    std::string out = "merl-scan-results";
+    std::vector<std::string> metrics = {"cwcbrt", "pawcielab"};
+    std::string device;
+    std::uint64_t memory = 1ULL << 30U;
+    std::uint32_t select = 100;
+    std::uint32_t per_material = 10;
+    std::optional<std::uint64_t> disagreements;  // how many rows to write; all without
+    unsigned threads = 0;                        // 0: as many as there are processors
+    bool force = false;
+    bool quiet = false;
+};
+
+/// Seconds since it was made or last asked.
+class Stopwatch {
+  public:
+    double lap() {
+        const auto now = std::chrono::steady_clock::now();
+        return std::chrono::duration<double>(now - std::exchange(last_, now)).count();
+    }
+
+  private:
+    std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
+};
+
+/// Wall-clock seconds of the stages, which follow each other.
+struct Seconds {
+    double device = 0;  // opening it
+    double distances = 0;
+    double count = 0;
+    double select = 0;
+    double list = 0;
+    double write = 0;
+    double total() const { return device + distances + count + select + list + write; }
+};
+
+struct Outcome {
+    scan::Distances distances;
+    reflectance::DistanceResult computed;
+    scan::Census census;
+    std::vector<scan::Configuration> selection;
+    std::vector<scan::Configuration> disagreements;
+    std::optional<scan::Configuration> strongest;
+    Seconds seconds;
+};
+
+/// A pair as one reads it: "chrome | steel".
+std::string pair_text(const scan::Distances& distances, std::uint32_t index) {
+    const auto pair = scan::pair_at(index, distances.materials());
+    return fmt::format("{} | {}", distances.names[pair.first], distances.names[pair.second]);
+}
+
+double rate(const scan::Counts& counts) {
+    return counts.configurations == 0 ? 0.0
+                                      : static_cast<double>(counts.disagreements()) /
+                                            static_cast<double>(counts.configurations);
+}
+
+ordered_json configuration_json(const scan::Distances& distances, const scan::Configuration& c) {
+    const auto left = scan::pair_at(c.left, distances.materials());
+    const auto right = scan::pair_at(c.right, distances.materials());
+    return {{"left", {distances.names[left.first], distances.names[left.second]}},
+            {"right", {distances.names[right.first], distances.names[right.second]}},
+            {"agreement", c.agreement}};
+}
+
+/// Replaces what is no UTF-8 in a file name, so that a strict JSON reader reads the summary.
+std::string dump(const ordered_json& json) {
+    return json.dump(2, ' ', false, ordered_json::error_handler_t::replace) + "\n";
+}
+
+std::string summary_json(const Options& options, const reflectance::Database& database,
+                         const device::Context& context, const Outcome& o) {
+    const auto& d = o.distances;
+    const auto& s = o.computed.seconds;
+    ordered_json negative = ordered_json::object();
+    ordered_json negative_above = ordered_json::object();
+    for (std::size_t m = 0; m < d.names.size(); ++m) {
+        negative[d.names[m]] = o.computed.counts[m].negative;
+        negative_above[d.names[m]] = o.computed.counts[m].negative_above_horizon;
+    }
+    ordered_json strongest;
+    if (o.strongest) {
+        strongest = configuration_json(d, *o.strongest);
+    }
+    ordered_json agreement_range;
+    if (!o.selection.empty()) {
+        agreement_range = {o.selection.front().agreement, o.selection.back().agreement};
+    }
+    const auto& grid = database.grid();
+    const ordered_json json = {
+        {"program", {{"name", "merl-scan"}, {"version", kVersion}}},
+        {"metrics", {d.first_metric, d.second_metric}},
+        {"database",
+         {{"name", database.name()},
+          {"kind", database.kind()},
+          {"content_hash", o.computed.content_hash},
+          {"grid", {{"theta_h", grid.theta_h}, {"theta_d", grid.theta_d}, {"phi_d", grid.phi_d}}}}},
+        {"materials", d.materials()},
+        {"samples_per_material", grid.voxels()},
+        {"samples_above_horizon", o.computed.voxels},
+        {"negative_samples", negative},
+        {"negative_samples_above_horizon", negative_above},
+        {"pairs", d.pairs()},
+        {"configurations", o.census.counts.configurations},
+        {"disagreements", o.census.counts.disagreements()},
+        {"rate", rate(o.census.counts)},
+        {"counts",
+         {{"concordant", o.census.counts.concordant()},
+          {"discordant", o.census.counts.discordant},
+          {"tied_in_first_only", o.census.counts.tied_first_only},
+          {"tied_in_second_only", o.census.counts.tied_second_only},
+          {"tied_in_both", o.census.counts.tied_both},
+          {"counted_by", o.census.streamed ? "streaming and inversions" : "inversions"}}},
+        {"strongest_disagreement", strongest},
+        {"selection", {{"configurations", o.selection.size()}, {"agreement_range", agreement_range}}},
+        {"disagreements_written", o.disagreements.size()},
+        {"options",
+         {{"select", options.select},
+          {"per_material", options.per_material},
+          {"disagreements", options.disagreements ? ordered_json(*options.disagreements) : "all"},
+          {"device", options.device},
+          {"memory_bytes", options.memory},
+          {"threads", options.threads}}},
+        {"device",
+         {{"name", context.info().name},
+          {"kind", context.info().kind},
+          {"driver", context.info().driver},
+          {"vulkan", context.info().vulkan},
+          {"peak_bytes", context.peak_allocated_bytes()},
+          {"slabs", o.computed.plan.slabs}}},
+        {"seconds",
+         {{"device", o.seconds.device},
+          {"distances", o.seconds.distances},
+          {"count", o.seconds.count},
+          {"select", o.seconds.select},
+          {"list", o.seconds.list},
+          {"write", o.seconds.write},
+          {"total", o.seconds.total()}}},
+        {"distance_seconds",
+         {{"kernels", s.kernels},
+          {"reading", s.reading},
+          {"device_transform", s.transform},
+          {"device_difference", s.difference},
+          {"waiting", s.waiting},
+          {"adding", s.adding}}}};
+    return dump(json);
+}
+
+void print_summary(const Options& options, const reflectance::Database& database,
+                   const device::Context& context, const Outcome& o) {
+    const auto& d = o.distances;
+    const auto& counts = o.census.counts;
+    const auto line = [](const char* name, const std::string& text) {
+        fmt::print("{:<16}{}\n", name, text);
+    };
+    line("database", fmt::format("{}, {}", database.name(), database.kind()));
+    line("metrics", fmt::format("{}, {}", d.first_metric, d.second_metric));
+    line("materials", fmt::format("{}, of {} samples each", fmt::group_digits(d.materials()),
+                                  fmt::group_digits(database.grid().voxels())));
+    line("pairs", fmt::format("{}", fmt::group_digits(d.pairs())));
+    line("configurations", fmt::format("{}", fmt::group_digits(counts.configurations)));
+    line("disagreements", fmt::format("{} ({:.2f} %)", fmt::group_digits(counts.disagreements()),
+                                      100 * rate(counts)));
+    if (o.strongest) {
+        line("strongest",
+             fmt::format("{} against {}, agreement {:.6f}", pair_text(d, o.strongest->left),
+                         pair_text(d, o.strongest->right), o.strongest->agreement));
+    }
+    if (!o.selection.empty()) {
+        line("selection", fmt::format("{} configurations, agreement {:.6f} to {:.6f}", o.selection.size(),
+                                      o.selection.front().agreement, o.selection.back().agreement));
+    }
+    line("device", fmt::format("{} ({}), {}", context.info().name, context.info().kind,
+                               context.info().driver));
+    const auto& s = o.seconds;
+    line("seconds", fmt::format("{:.2f}: device {:.2f}, distances {:.2f}, count {:.3f}, select {:.3f}, "
+                                "list {:.2f}, write {:.2f}",
+                                s.total(), s.device, s.distances, s.count, s.select, s.list, s.write));
+    line("results", options.out);
+}
+
+/// Writes the tables; summary.json, the last, is what says that they are complete.
+void write_results(const OutputDirectory& out, const Outcome& o) {
+    out.write("pairs.csv", [&](int file) { scan::write_pairs(file, o.distances); });
+    throw_if_interrupted();
+    out.write("disagreements.csv",
+              [&](int file) { scan::write_disagreements(file, o.distances, o.disagreements); });
+    throw_if_interrupted();
+    out.write("selection.csv",
+              [&](int file) { scan::write_selection(file, o.distances, o.selection); });
+}
+
+int run(const Options& options) {
+    if (options.metrics.size() != 2 || options.metrics[0] == options.metrics[1]) {
+        throw Error(Fault::usage, "--metrics takes two different metrics, like cwcbrt,pawcielab");
+    }
+    const std::array<const reflectance::Metric*, 2> metrics = {
+        &reflectance::find_metric(options.metrics[0]), &reflectance::find_metric(options.metrics[1])};
+    std::optional<tbb::global_control> threads;
+    if (options.threads > 0) {
+        threads.emplace(tbb::global_control::max_allowed_parallelism, options.threads);
+        // lavapipe computes on threads of its own; whoever bounds ours means those too.
+        ::setenv("LP_NUM_THREADS", std::to_string(options.threads).c_str(), 0);
+    }
+    OutputDirectory out(options.out, options.force,
+                        {"pairs.csv", "disagreements.csv", "selection.csv", "summary.json"});
+    const auto database = open_database(options.database);
+
+    Outcome o;
+    Stopwatch watch;
+    device::Context context({.device = options.device});
+    o.seconds.device = watch.lap();
+    {
+        Progress progress("distances", options.quiet);
+        o.computed = reflectance::compute_distances(
+            context, *database, metrics,
+            {.memory_bytes = options.memory, .progress = [&](double share) { progress.update(share); }});
+    }
+    o.seconds.distances = watch.lap();
+    o.distances = {.names = database->materials(),
+                   .first_metric = options.metrics[0],
+                   .second_metric = options.metrics[1],
+                   .first = o.computed.distances[0],
+                   .second = o.computed.distances[1]};
+    o.census = scan::count_disagreements(o.distances);
+    o.seconds.count = watch.lap();
+    o.selection = scan::select_configurations(o.distances, options.select, options.per_material);
+    if (const auto one = scan::strongest_disagreements(o.distances, 1); !one.empty()) {
+        o.strongest = one.front();
+    }
+    o.seconds.select = watch.lap();
+    throw_if_interrupted();
+    o.disagreements = options.disagreements
+                          ? scan::strongest_disagreements(o.distances, *options.disagreements)
+                          : scan::all_disagreements(o.distances);
+    if (!options.disagreements && o.disagreements.size() != o.census.counts.disagreements()) {
+        throw std::logic_error(fmt::format("{} disagreements were counted and {} listed",
+                                           o.census.counts.disagreements(), o.disagreements.size()));
+    }
+    o.seconds.list = watch.lap();
+    throw_if_interrupted();
+    write_results(out, o);
+    o.seconds.write = watch.lap();
+    throw_if_interrupted();
+    const std::string summary = summary_json(options, *database, context, o);
+    out.write("summary.json", [&](int file) { scan::write_all(file, summary); });
+    out.commit();
+    if (!options.quiet) {
+        print_summary(options, *database, context, o);
+    }
+    return kSuccess;
+}
+
+}  // namespace
+
+void add_scan(CLI::App& program, Command& chosen) {
+    auto options = std::make_shared<Options>();
+    auto* command = program.add_subcommand(
+        "scan", "All pair distances under two metrics, all disagreements, and the configurations for "
+                "judges");
+    command->add_option("--database", options->database,
+                        "A directory of MERL .binary files (default: the built-in stand-in database)");
+    command->add_option("--out", options->out, "The directory to make")->capture_default_str();
+    command->add_option("--metrics", options->metrics, "Two metrics; the left pair has the smaller first")
+        ->delimiter(',')
+        ->expected(1, 2)
+        ->capture_default_str();
+    command->add_option("--select", options->select, "Configurations for judges")->capture_default_str();
+    command
+        ->add_option("--per-material", options->per_material,
+                     "In how many of them a material may take part")
+        ->capture_default_str();
+    command->add_option("--disagreements", options->disagreements,
+                        "Write only the strongest N disagreements, 0 for none (default: all)");
+    command->add_option("--device", options->device,
+                        "A Vulkan device by number or part of its name (default: the best)");
+    command->add_option("--memory", options->memory, "Bound on device memory, like 512M or 2G")
+        ->transform(CLI::AsSizeValue(false))
+        ->default_str("1G");
+    command->add_option("--threads", options->threads, "Processor threads (default: all)")
+        ->check(CLI::Range(1, 4096));
+    command->add_flag("--force", options->force, "Replace the results in an existing directory");
+    command->add_flag("--quiet", options->quiet, "No progress and no summary");
+    command->footer(
+        "Writes pairs.csv, disagreements.csv, selection.csv and summary.json (docs/file-formats.md).\n"
+        "\n"
+        "Examples:\n"
+        "  merl-scan scan\n"
+        "  merl-scan scan --database ~/merl/brdfs --out results\n"
+        "  merl-scan scan --metrics rmse,pawcielab --disagreements 1000 --out rmse-results\n"
+        "  merl-scan scan --select 20 --per-material 3 --device llvmpipe --memory 256M --force");
+    command->callback([&chosen, options] { chosen = [options] { return run(*options); }; });
+}
+
+}  // namespace merl::app

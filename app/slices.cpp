@@ -1,0 +1,189 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <numbers>
+
+#include "app/commands.h"
+#include "app/exit_status.h"
+#include "app/image.h"
+#include "app/output_directory.h"
+#include "engine/error.h"
+#include "engine/reflectance/domain.h"
+
+namespace merl::app {
+namespace {
+
+using reflectance::Domain;
+using reflectance::Voxel;
+
+constexpr std::uint32_t kPixels = 360;  // of every slice, in width and height
+constexpr std::uint32_t kMargin = 12;   // around the panels of figure 4.4
+
+struct Options {
+    std::string out;
+    std::string database;
+    std::vector<std::string> materials;
+    bool force = false;
+};
+
+/// A column of figure 4.4 of Ryman 2018, with the constant that keeps it within 0 and 1.
+struct Column {
+    const char* name;
+    double (*value)(const Voxel&);
+};
+
+double projected_area(const Voxel& v) {
+    return v.above_horizon() ? v.cos_theta_i * v.cos_theta_o : 0;
+}
+
+constexpr std::array<Column, 3> kColumns = {{
+    {"projected-area", projected_area},
+    {"0.05-s_merl", [](const Voxel& v) { return 0.05 * v.s_merl; }},
+    {"0.4-projected-area-s_merl", [](const Voxel& v) { return 0.4 * projected_area(v) * v.s_merl; }},
+}};
+
+/// M_s to the right, M_t upwards, at one M_r.
+Image domain_slice(const Column& column, double m_r) {
+    Image image(kPixels, kPixels);
+    for (std::uint32_t y = 0; y < kPixels; ++y) {
+        for (std::uint32_t x = 0; x < kPixels; ++x) {
+            const double m_s = (x + 0.5) / kPixels;
+            const double m_t = 1 - (y + 0.5) / kPixels;
+            image.at(x, y).fill(static_cast<float>(column.value(Domain::at(m_r, m_s, m_t))));
+        }
+    }
+    return image;
+}
+
+template <typename Encode>
+Image encoded(const Image& image, const Encode& encode) {
+    Image result = image;
+    for (auto& pixel : result.pixels) {
+        std::transform(pixel.begin(), pixel.end(), pixel.begin(), encode);
+    }
+    return result;
+}
+
+/// The six panels of figure 4.4 on white, M_r = 0 above M_r = 0.5.
+void write_figure(const OutputDirectory& out) {
+    Image sheet(3 * kPixels + 4 * kMargin, 2 * kPixels + 3 * kMargin);
+    std::fill(sheet.pixels.begin(), sheet.pixels.end(), std::array<float, 3>{1, 1, 1});
+    for (std::uint32_t row = 0; row < 2; ++row) {
+        for (std::uint32_t column = 0; column < kColumns.size(); ++column) {
+            const Image values = domain_slice(kColumns[column], row == 0 ? 0.0 : 0.5);
+            const Image shown = encoded(values, lightness);
+            const auto name =
+                fmt::format("figure-4.4-{}-mr{}", kColumns[column].name, row == 0 ? "0" : "0.5");
+            write_exr(out.path(name + ".exr"), values);
+            write_png(out.path(name + ".png"), shown);
+            for (std::uint32_t y = 0; y < kPixels; ++y) {
+                for (std::uint32_t x = 0; x < kPixels; ++x) {
+                    sheet.at(kMargin + column * (kPixels + kMargin) + x,
+                             kMargin + row * (kPixels + kMargin) + y) = shown.at(x, y);
+                }
+            }
+        }
+    }
+    write_png(out.path("figure-4.4.png"), sheet);
+}
+
+/// The BRDF image slice of a material (Burley 2012): phi_d = 90 degrees, theta_h to the right and
+/// theta_d upwards, both from 0 to 90 degrees, linear in the angle. Values in 1/sr, interpolated.
+Image material_slice(const reflectance::Database& database, std::size_t material) {
+    const auto& grid = database.grid();
+    std::vector<double> samples(3 * grid.voxels());
+    database.read(material, {0, grid.voxels()}, samples);
+    // 90 degrees is the middle of the range: on a layer when their number is odd, else between two.
+    const std::uint32_t before = (grid.phi_d - 1) / 2;
+    const std::uint32_t after = grid.phi_d / 2;
+    const auto sample = [&](std::size_t plane, std::uint32_t t, std::uint32_t s) {
+        const std::uint64_t row = plane * grid.voxels() +
+                                  std::uint64_t{grid.phi_d} * (s + std::uint64_t{grid.theta_d} * t);
+        return (std::max(0.0, samples[row + before]) + std::max(0.0, samples[row + after])) / 2;
+    };
+    const auto place = [](double m, std::uint32_t count) {  // between which voxel centres
+        const double at = std::clamp(m * count - 0.5, 0.0, static_cast<double>(count - 1));
+        const auto low = static_cast<std::uint32_t>(at);
+        return std::tuple(low, std::min(low + 1, count - 1), at - low);
+    };
+    Image image(kPixels, kPixels);
+    for (std::uint32_t y = 0; y < kPixels; ++y) {
+        for (std::uint32_t x = 0; x < kPixels; ++x) {
+            const auto [t0, t1, t] = place(std::sqrt((x + 0.5) / kPixels), grid.theta_h);
+            const auto [s0, s1, s] = place(1 - (y + 0.5) / kPixels, grid.theta_d);
+            for (std::size_t plane = 0; plane < 3; ++plane) {
+                image.at(x, y)[plane] = static_cast<float>(
+                    (1 - t) * ((1 - s) * sample(plane, t0, s0) + s * sample(plane, t0, s1)) +
+                    t * ((1 - s) * sample(plane, t1, s0) + s * sample(plane, t1, s1)));
+            }
+        }
+    }
+    return image;
+}
+
+int run(const Options& options) {
+    const auto database = open_database(options.database);
+    const auto& names = database->materials();
+    std::vector<std::size_t> materials;
+    for (const auto& wanted : options.materials) {
+        const auto found = std::find(names.begin(), names.end(), wanted);
+        if (found == names.end()) {
+            throw Error(Fault::usage, fmt::format("{} has no material \"{}\"; `merl-scan database info` "
+                                                  "lists its {} materials",
+                                                  database->name(), wanted, names.size()));
+        }
+        materials.push_back(static_cast<std::size_t>(found - names.begin()));
+    }
+    std::vector<std::string> owned;
+    const auto own = [&](const std::string& name) {
+        owned.push_back(name + ".exr");
+        owned.push_back(name + ".png");
+    };
+    for (const auto& column : kColumns) {
+        own(fmt::format("figure-4.4-{}-mr0", column.name));
+        own(fmt::format("figure-4.4-{}-mr0.5", column.name));
+    }
+    for (const auto material : materials) {
+        own(names[material]);
+    }
+    owned.emplace_back("figure-4.4.png");
+    OutputDirectory out(options.out, options.force, owned);
+    write_figure(out);
+    for (const auto material : materials) {
+        const Image slice = material_slice(*database, material);
+        write_exr(out.path(names[material] + ".exr"), slice);
+        // A perfect white diffuser, 1/pi, is shown as white; highlights are cut off.
+        write_png(out.path(names[material] + ".png"), encoded(slice, [](float f) {
+                      return srgb(f * std::numbers::pi_v<float>);
+                  }));
+    }
+    out.commit();
+    fmt::print("{} images in {}\n", owned.size(), options.out);
+    return kSuccess;
+}
+
+}  // namespace
+
+void add_slices(CLI::App& program, Command& chosen) {
+    auto options = std::make_shared<Options>();
+    auto* command = program.add_subcommand(
+        "slices", "Images of the projected area weight and of s_MERL, and of materials");
+    command->add_option("--out", options->out, "The directory to make")->required();
+    command->add_option("--database", options->database,
+                        "A directory of MERL .binary files (default: the built-in stand-in database)");
+    command->add_option("--materials", options->materials, "Materials to draw a slice of")->delimiter(',');
+    command->add_flag("--force", options->force, "Replace the images in an existing directory");
+    command->footer("Draws figure 4.4 of Ryman 2018: projected area, 0.05 s_MERL, and 0.4 times their\n"
+                    "product, at M_r = 0 and 0.5, M_s to the right and M_t upwards. For each material, its\n"
+                    "slice at phi_d = 90 degrees, theta_h to the right and theta_d upwards. OpenEXR has the\n"
+                    "values, PNG is for looking.\n"
+                    "\n"
+                    "Examples:\n"
+                    "  merl-scan slices --out slices\n"
+                    "  merl-scan slices --out slices --materials chrome,blue-fabric --force");
+    command->callback([&chosen, options] { chosen = [options] { return run(*options); }; });
+}
+
+}  // namespace merl::app

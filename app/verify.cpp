@@ -1,0 +1,219 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <memory>
+#include <sstream>
+#include <stdexcept>
+
+#include "app/abc_golden.h"
+#include "app/commands.h"
+#include "app/exit_status.h"
+#include "app/progress.h"
+#include "engine/device/context.h"
+#include "engine/reflectance/abc_database.h"
+#include "engine/reflectance/distances.h"
+#include "engine/reflectance/reference.h"
+#include "scan/scan.h"
+
+namespace merl::app {
+namespace {
+
+using reflectance::Metric;
+using reflectance::VoxelSet;
+
+/// Largest relative error allowed: of the framework test (SPEC §2, six digits) and of a distance.
+constexpr double kFrameworkTolerance = 5e-7;
+constexpr double kDistanceTolerance = 2e-6;
+
+/// Disagreements of the built-in database in float64 (SPEC §7), and how many configurations may be
+/// too close for float32: those whose two distances differ by less than it can tell.
+constexpr std::uint64_t kDisagreements = 4'289'737;
+constexpr std::uint64_t kUndecidedByFloat32 = 16;
+
+struct Options {
+    std::string device;
+    bool quiet = false;
+};
+
+/// The table of checks, printed row by row.
+class Report {
+  public:
+    Report() { print("check", "expected", "actual", "error", "allowed", "result"); }
+
+    void row(const std::string& check, const std::string& expected, const std::string& actual,
+             double error, double allowed) {
+        const bool pass = error <= allowed;  // false for NaN
+        failures_ += pass ? 0 : 1;
+        print(check, expected, actual, fmt::format("{:.1e}", error), fmt::format("{:.1e}", allowed),
+              pass ? "PASS" : "FAIL");
+    }
+    int failures() const { return failures_; }
+
+  private:
+    static void print(std::string_view check, std::string_view expected, std::string_view actual,
+                      std::string_view error, std::string_view allowed, std::string_view result) {
+        fmt::print("{:<44} {:>14} {:>14} {:>9} {:>9}  {}\n", check, expected, actual, error, allowed,
+                   result);
+        std::fflush(stdout);
+    }
+    int failures_ = 0;
+};
+
+/// The independent float64 distances of the built-in database that the program carries.
+struct Golden {
+    std::vector<double> cwcbrt, pawcielab;
+};
+
+Golden parse_golden() {
+    Golden golden;
+    std::istringstream lines(kAbcGolden);
+    std::string line;
+    std::getline(lines, line);
+    while (std::getline(lines, line)) {
+        const auto last = line.rfind(',');
+        const auto before = line.rfind(',', last - 1);
+        double first = 0;
+        double second = 0;
+        std::from_chars(line.data() + before + 1, line.data() + last, first);
+        std::from_chars(line.data() + last + 1, line.data() + line.size(), second);
+        golden.cwcbrt.push_back(first);
+        golden.pawcielab.push_back(second);
+    }
+    return golden;
+}
+
+double relative_error(double actual, double expected) {
+    return std::abs(actual - expected) / std::abs(expected);
+}
+
+double largest_relative_error(const std::vector<double>& actual, const std::vector<double>& expected) {
+    if (actual.size() != expected.size()) {
+        throw std::logic_error(
+            fmt::format("{} distances to compare with {}", actual.size(), expected.size()));
+    }
+    double largest = 0;
+    for (std::size_t i = 0; i < actual.size(); ++i) {
+        largest = std::max(largest, relative_error(actual[i], expected[i]));
+    }
+    return largest;
+}
+
+/// Table 4.2 of Ryman 2018; the expected values are the midpoint sums in float64.
+void check_framework(device::Context& context, Report& report) {
+    struct Test {
+        const char* metric;
+        const char* text;
+        VoxelSet voxels;
+        double expected;
+    };
+    constexpr std::array<Test, 3> tests = {{
+        {"one", "framework: weight 1, every voxel", VoxelSet::all, 1.0},
+        {"uniform", "framework: s_MERL", VoxelSet::above_horizon, 1.7725855257099505},
+        {"projected-area", "framework: cos cos s_MERL", VoxelSet::above_horizon, 0.8862569125646411},
+    }};
+    // The difference is 1 whatever the materials are: two will do.
+    const auto database = reflectance::make_abc_database(
+        {}, "material\na,0.1,0.1,0.1,1,1,1,1,1,1.5\nb,0.2,0.2,0.2,1,1,1,1,1,1.5\n");
+    const auto all = reflectance::framework_test_metrics();
+    for (const auto& test : tests) {
+        const auto found = std::find_if(all.begin(), all.end(),
+                                        [&](const Metric& m) { return m.name == test.metric; });
+        const std::array<const Metric*, 1> metric = {&*found};
+        const auto result =
+            reflectance::compute_distances(context, *database, metric, {.voxels = test.voxels});
+        const double actual = result.distances.at(0).at(0);
+        report.row(test.text, fmt::format("{:.6f}", test.expected), fmt::format("{:.6f}", actual),
+                   relative_error(actual, test.expected), kFrameworkTolerance);
+    }
+}
+
+void check_distances(device::Context& context, Report& report, bool quiet) {
+    const auto database = reflectance::make_abc_database();
+    std::vector<const Metric*> metrics;
+    for (const auto& metric : reflectance::metrics()) {
+        metrics.push_back(&metric);
+    }
+    reflectance::DistanceResult result;
+    {
+        Progress progress("built-in database", quiet);
+        result = reflectance::compute_distances(
+            context, *database, metrics, {.progress = [&](double share) { progress.update(share); }});
+    }
+    const auto of = [&](std::string_view name) -> const std::vector<double>& {
+        for (std::size_t m = 0; m < metrics.size(); ++m) {
+            if (metrics[m]->name == name) {
+                return result.distances[m];
+            }
+        }
+        throw std::logic_error(fmt::format("no metric {}", name));
+    };
+    const auto check = [&](const std::string& text, const std::vector<double>& actual,
+                           const std::vector<double>& expected) {
+        const double error = largest_relative_error(actual, expected);
+        report.row(text, fmt::format("{} values", expected.size()),
+                   fmt::format("{} values", actual.size()), error, kDistanceTolerance);
+    };
+    const Golden golden = parse_golden();
+    check("cwcbrt, all pairs, independent float64", of("cwcbrt"), golden.cwcbrt);
+    check("pawcielab, all pairs, independent float64", of("pawcielab"), golden.pawcielab);
+
+    // The other metrics have no independent table: a few pairs against the float64 twins.
+    const auto count = static_cast<std::uint32_t>(database->materials().size());
+    const std::array<reflectance::MaterialPair, 3> pairs = {
+        {{0, 1}, {count / 3, count / 2}, {count - 2, count - 1}}};
+    for (std::size_t m = 0; m < metrics.size(); ++m) {
+        const auto expected = reflectance::reference_distances(*database, *metrics[m], pairs);
+        std::vector<double> actual;
+        for (const auto& [i, j] : pairs) {
+            actual.push_back(result.distances[m][scan::pair_index({i, j}, count)]);
+        }
+        check(fmt::format("{}, float64 on the CPU", metrics[m]->name), actual, expected);
+    }
+
+    const auto counts = scan::count_disagreements({.names = database->materials(),
+                                                   .first_metric = "cwcbrt",
+                                                   .second_metric = "pawcielab",
+                                                   .first = of("cwcbrt"),
+                                                   .second = of("pawcielab")})
+                            .counts.disagreements();
+    const auto difference = std::max(counts, kDisagreements) - std::min(counts, kDisagreements);
+    report.row("disagreements of cwcbrt and pawcielab", fmt::format("{}", kDisagreements),
+               fmt::format("{}", counts), static_cast<double>(difference),
+               static_cast<double>(kUndecidedByFloat32));
+}
+
+int run(const Options& options) {
+    device::Context context({.device = options.device});
+    fmt::print("{} ({}), {}\n\n", context.info().name, context.info().kind, context.info().driver);
+    Report report;
+    check_framework(context, report);
+    check_distances(context, report, options.quiet);
+    fmt::print("\n{}\n", report.failures() == 0
+                             ? "PASS: this device computes what it should"
+                             : fmt::format("FAIL: {} checks; do not trust results of this device",
+                                           report.failures()));
+    return report.failures() == 0 ? kSuccess : kVerificationFailed;
+}
+
+}  // namespace
+
+void add_verify(CLI::App& program, Command& chosen) {
+    auto options = std::make_shared<Options>();
+    auto* command = program.add_subcommand(
+        "verify", "Check this device: the framework test, and the built-in database in float64");
+    command->add_option("--device", options->device,
+                        "A Vulkan device by number or part of its name (default: the best)");
+    command->add_flag("--quiet", options->quiet, "No progress");
+    command->footer("Prints expected and actual values, the relative error (for the disagreements: the\n"
+                    "difference) and what is allowed. The exit status is 1 if any check fails.\n"
+                    "\n"
+                    "Examples:\n"
+                    "  merl-scan verify\n"
+                    "  merl-scan verify --device llvmpipe");
+    command->callback([&chosen, options] { chosen = [options] { return run(*options); }; });
+}
+
+}  // namespace merl::app

@@ -1,0 +1,120 @@
+#include "engine/device/buffer.h"
+
+#include <fmt/format.h>
+
+#include <optional>
+
+#include "engine/device/buffer_handles.h"
+#include "engine/error.h"
+
+namespace merl::device {
+namespace {
+
+using Property = vk::MemoryPropertyFlagBits;
+
+/// The first memory type among `allowed` (a bit per type) that has all `wanted` properties.
+std::optional<std::uint32_t> memory_type(const vk::PhysicalDeviceMemoryProperties& memory,
+                                         std::uint32_t allowed, vk::MemoryPropertyFlags wanted) {
+    for (std::uint32_t i = 0; i < memory.memoryTypeCount; ++i) {
+        if ((allowed >> i & 1U) != 0 && (memory.memoryTypes[i].propertyFlags & wanted) == wanted) {
+            return i;
+        }
+    }
+    return std::nullopt;
+}
+
+constexpr vk::MemoryPropertyFlags kHostVisible = Property::eHostVisible | Property::eHostCoherent;
+
+/// Memory that kernels use at full speed and the host maps; reading back also wants a cache.
+vk::MemoryPropertyFlags shared_memory(Traffic traffic) {
+    auto wanted = kHostVisible | Property::eDeviceLocal;
+    if (traffic == Traffic::download) {
+        wanted |= Property::eHostCached;
+    }
+    return wanted;
+}
+
+}  // namespace
+
+Allocation::Allocation(Context::Handles& context_, std::uint64_t bytes, vk::BufferUsageFlags usage,
+                       vk::MemoryPropertyFlags wanted, bool host_visible)
+    : context(context_) {
+    buffer = {context.device, {{}, bytes, usage, vk::SharingMode::eExclusive}};
+    const auto needs = buffer.getMemoryRequirements();
+    auto type = memory_type(context.memory, needs.memoryTypeBits, wanted);
+    if (!type) {  // a cache, or being local, is a wish; being reachable is not
+        type = memory_type(context.memory, needs.memoryTypeBits,
+                           host_visible ? kHostVisible : vk::MemoryPropertyFlags());
+    }
+    try {
+        memory = {context.device, {needs.size, type.value()}};
+    } catch (const vk::SystemError& error) {
+        throw Error(Fault::device,
+                    fmt::format("{} cannot allocate {:.1f} MiB ({:.1f} MiB are in use): {}; a smaller "
+                                "--memory makes smaller slabs",
+                                context.info.name, static_cast<double>(needs.size) / 1048576.0,
+                                static_cast<double>(context.allocated) / 1048576.0, error.what()));
+    }
+    allocated = needs.size;
+    context.allocated += allocated;
+    context.peak_allocated = std::max(context.peak_allocated, context.allocated);
+    buffer.bindMemory(*memory, 0);
+    if (host_visible) {
+        mapped = static_cast<std::byte*>(memory.mapMemory(0, VK_WHOLE_SIZE));
+    }
+}
+
+Allocation::~Allocation() { context.allocated -= allocated; }
+
+Buffer::Buffer(Context& context, std::uint64_t bytes, Traffic traffic, bool texels)
+    : handles_(std::make_unique<Handles>()) {
+    using Usage = vk::BufferUsageFlagBits;
+    auto& c = context.handles();
+    auto& h = *handles_;
+    h.bytes = bytes;
+    h.traffic = traffic;
+    if (bytes == 0 || bytes > c.info.limits.storage_buffer_bytes ||
+        (texels && bytes / 16 > c.info.limits.texel_buffer_texels)) {
+        throw std::logic_error(fmt::format("a buffer of {} bytes was planned; {} allows 1 to {}", bytes,
+                                           c.info.name, c.info.limits.storage_buffer_bytes));
+    }
+    guarded("creating a buffer", [&] {
+        vk::BufferUsageFlags usage = Usage::eStorageBuffer;
+        if (texels) {
+            usage |= Usage::eUniformTexelBuffer;
+        }
+        const bool mappable = !c.force_staging && traffic != Traffic::none &&
+                              memory_type(c.memory, ~0U, shared_memory(traffic)).has_value();
+        if (mappable) {
+            h.device = std::make_unique<Allocation>(c, bytes, usage, shared_memory(traffic), true);
+        } else if (traffic == Traffic::none) {
+            h.device = std::make_unique<Allocation>(c, bytes, usage, Property::eDeviceLocal, false);
+        } else {
+            const bool up = traffic == Traffic::upload;
+            h.device = std::make_unique<Allocation>(
+                c, bytes, usage | (up ? Usage::eTransferDst : Usage::eTransferSrc),
+                Property::eDeviceLocal, false);
+            h.staging = std::make_unique<Allocation>(
+                c, bytes, up ? Usage::eTransferSrc : Usage::eTransferDst,
+                up ? kHostVisible : kHostVisible | Property::eHostCached, true);
+        }
+        if (texels) {
+            h.texels = {c.device,
+                        {{}, *h.device->buffer, vk::Format::eR32G32B32A32Sfloat, 0, VK_WHOLE_SIZE}};
+        }
+    });
+}
+
+Buffer::~Buffer() = default;
+Buffer::Buffer(Buffer&&) noexcept = default;
+Buffer& Buffer::operator=(Buffer&&) noexcept = default;
+
+std::uint64_t Buffer::bytes() const { return handles_->bytes; }
+
+std::span<std::byte> Buffer::host() const {
+    const auto& h = *handles_;
+    std::byte* data = h.staging ? h.staging->mapped : h.device->mapped;
+    return data ? std::span<std::byte>(data, h.bytes) : std::span<std::byte>();
+}
+
+}  // namespace merl::device

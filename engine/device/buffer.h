@@ -1,0 +1,50 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+
+#include "engine/device/context.h"
+
+namespace merl::device {
+
+/// Where a buffer's bytes travel.
+enum class Traffic {
+    none,      // stays on the device
+    upload,    // the host writes, kernels read
+    download,  // kernels write, the host reads
+};
+
+/// Device memory that kernels use as a storage buffer, and as an rgba32f texel buffer if asked.
+///
+/// Upload and download buffers can be reached from the host through `host()`. Where the device has
+/// memory that both sides reach (lavapipe, integrated GPUs, resizable BAR) that is the buffer
+/// itself; elsewhere it is a staging copy, and Submission::upload and download do the copying.
+class Buffer {
+  public:
+    /// Throws Error (device) that names the size when memory runs out.
+    Buffer(Context& context, std::uint64_t bytes, Traffic traffic, bool texels = false);
+    ~Buffer();
+    Buffer(Buffer&&) noexcept;
+    Buffer& operator=(Buffer&&) noexcept;
+
+    std::uint64_t bytes() const;
+
+    /// The host's view, `bytes()` long; empty for Traffic::none.
+    std::span<std::byte> host() const;
+
+    template <typename T>
+    std::span<T> host_as() const {
+        const auto raw = host();
+        return {reinterpret_cast<T*>(raw.data()), raw.size() / sizeof(T)};
+    }
+
+    struct Handles;
+    Handles& handles() const { return *handles_; }
+
+  private:
+    std::unique_ptr<Handles> handles_;
+};
+
+}  // namespace merl::device

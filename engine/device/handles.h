@@ -1,0 +1,50 @@
+#pragma once
+
+#include <atomic>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "engine/device/context.h"
+#include "engine/device/vulkan.h"
+#include "engine/error.h"
+
+namespace merl::device {
+
+/// The Vulkan objects behind a Context. Members are destroyed bottom up, so order matters.
+struct Context::Handles {
+    explicit Handles(vk::raii::Context&& loader_) : loader(std::move(loader_)) {}
+
+    vk::raii::Context loader;
+    vk::raii::Instance instance = nullptr;
+    vk::raii::DebugUtilsMessengerEXT messenger = nullptr;
+    vk::raii::PhysicalDevice physical = nullptr;
+    vk::raii::Device device = nullptr;
+    vk::raii::Queue queue = nullptr;
+    vk::raii::CommandPool pool = nullptr;
+    vk::raii::PipelineCache cache = nullptr;
+    vk::PhysicalDeviceMemoryProperties memory;
+    std::uint32_t queue_family = 0;
+    bool subgroup_size_control = false;  // a pipeline can ask for its subgroup size
+    double timestamp_seconds = 0;        // seconds per timestamp tick; 0 without timestamps
+    bool force_staging = false;
+    DeviceInfo info;
+
+    std::uint64_t allocated = 0;
+    std::uint64_t peak_allocated = 0;
+
+    std::mutex message_lock;
+    std::vector<std::string> messages;
+};
+
+/// Runs `call`; a Vulkan failure in it becomes an Error (device) that names `what` and the code.
+template <typename Call>
+auto guarded(const char* what, Call&& call) -> decltype(call()) {
+    try {
+        return call();
+    } catch (const vk::SystemError& error) {
+        throw Error(Fault::device, std::string(what) + " failed on the Vulkan device: " + error.what());
+    }
+}
+
+}  // namespace merl::device

@@ -1,0 +1,172 @@
+#include "engine/device/submission.h"
+
+#include <fmt/format.h>
+
+#include "engine/device/buffer_handles.h"
+#include "engine/device/kernel_handles.h"
+#include "engine/error.h"
+
+namespace merl::device {
+namespace {
+
+constexpr std::uint32_t kMaxMarks = 32;
+constexpr std::uint64_t kWaitNanoseconds = 3'600'000'000'000;  // an hour: longer means a hang
+
+using Access = vk::AccessFlagBits;
+using Stage = vk::PipelineStageFlagBits;
+
+}  // namespace
+
+struct Submission::Handles {
+    Context::Handles* context = nullptr;
+    vk::raii::CommandBuffer commands = nullptr;
+    vk::raii::Fence fence = nullptr;
+    vk::raii::QueryPool queries = nullptr;
+    std::uint32_t marks = 0;
+    bool recording = false;
+    bool running = false;
+
+    void barrier(vk::PipelineStageFlags from, vk::AccessFlags written, vk::PipelineStageFlags to,
+                 vk::AccessFlags read) {
+        commands.pipelineBarrier(from, to, {}, vk::MemoryBarrier(written, read), {}, {});
+    }
+};
+
+Submission::Submission(Context& context) : handles_(std::make_unique<Handles>()) {
+    auto& h = *handles_;
+    h.context = &context.handles();
+    auto& c = *h.context;
+    guarded("creating a command buffer", [&] {
+        h.commands = std::move(
+            vk::raii::CommandBuffers(c.device, {*c.pool, vk::CommandBufferLevel::ePrimary, 1}).front());
+        h.fence = {c.device, vk::FenceCreateInfo()};
+        if (c.timestamp_seconds > 0) {
+            h.queries = {c.device, {{}, vk::QueryType::eTimestamp, kMaxMarks}};
+        }
+    });
+}
+
+Submission::~Submission() {
+    if (handles_ && handles_->running) {
+        try {
+            wait();
+        } catch (const std::exception&) {
+            // The work is lost with the device; there is nobody left to tell.
+        }
+    }
+}
+Submission::Submission(Submission&&) noexcept = default;
+Submission& Submission::operator=(Submission&&) noexcept = default;
+
+void Submission::begin() {
+    auto& h = *handles_;
+    h.commands.reset();
+    h.commands.begin(vk::CommandBufferBeginInfo());
+    if (*h.queries) {
+        h.commands.resetQueryPool(*h.queries, 0, kMaxMarks);
+    }
+    // The shared buffers may still be read or written by the submission before this one.
+    h.barrier(Stage::eComputeShader | Stage::eTransfer,
+              Access::eShaderRead | Access::eShaderWrite | Access::eTransferRead | Access::eTransferWrite,
+              Stage::eComputeShader | Stage::eTransfer,
+              Access::eShaderRead | Access::eShaderWrite | Access::eTransferRead | Access::eTransferWrite);
+    h.marks = 0;
+    h.recording = true;
+}
+
+void Submission::upload(const Buffer& buffer, std::uint64_t bytes) {
+    auto& h = *handles_;
+    const auto& b = buffer.handles();
+    if (b.staging) {
+        h.commands.copyBuffer(*b.staging->buffer, *b.device->buffer, vk::BufferCopy(0, 0, bytes));
+        h.barrier(Stage::eTransfer, Access::eTransferWrite, Stage::eComputeShader, Access::eShaderRead);
+    }  // mapped coherent memory: submitting makes the host's writes visible
+}
+
+void Submission::dispatch(const BoundKernel& kernel, std::span<const std::byte> push,
+                          std::uint32_t groups_x, std::uint32_t groups_y) {
+    auto& h = *handles_;
+    const auto& k = *kernel.handles().kernel;
+    const auto& limits = h.context->info.limits;
+    if (groups_x > limits.groups_x || groups_y > limits.groups_y || push.size() != k.push_bytes) {
+        throw std::logic_error(
+            fmt::format("kernel \"{}\": {} × {} workgroups and {} push bytes were planned; the device "
+                        "allows {} × {}, the kernel takes {}",
+                        k.name, groups_x, groups_y, push.size(), limits.groups_x, limits.groups_y,
+                        k.push_bytes));
+    }
+    h.commands.bindPipeline(vk::PipelineBindPoint::eCompute, *k.pipeline);
+    h.commands.bindDescriptorSets(vk::PipelineBindPoint::eCompute, *k.layout, 0, *kernel.handles().set,
+                                  {});
+    if (!push.empty()) {
+        h.commands.pushConstants<std::byte>(*k.layout, vk::ShaderStageFlagBits::eCompute, 0, push);
+    }
+    h.commands.dispatch(groups_x, groups_y, 1);
+    h.barrier(Stage::eComputeShader, Access::eShaderRead | Access::eShaderWrite,
+              Stage::eComputeShader | Stage::eTransfer,
+              Access::eShaderRead | Access::eShaderWrite | Access::eTransferRead);
+}
+
+void Submission::download(const Buffer& buffer, std::uint64_t bytes) {
+    auto& h = *handles_;
+    const auto& b = buffer.handles();
+    if (b.staging) {
+        h.commands.copyBuffer(*b.device->buffer, *b.staging->buffer, vk::BufferCopy(0, 0, bytes));
+        h.barrier(Stage::eTransfer, Access::eTransferWrite, Stage::eHost, Access::eHostRead);
+    } else {
+        h.barrier(Stage::eComputeShader, Access::eShaderWrite, Stage::eHost, Access::eHostRead);
+    }
+}
+
+void Submission::mark() {
+    auto& h = *handles_;
+    if (*h.queries && h.marks < kMaxMarks) {
+        h.commands.writeTimestamp(Stage::eBottomOfPipe, *h.queries, h.marks);
+    }
+    ++h.marks;
+}
+
+void Submission::submit() {
+    auto& h = *handles_;
+    guarded("submitting work", [&] {
+        if (h.recording) {
+            h.commands.end();
+            h.recording = false;
+        }
+        h.context->device.resetFences(*h.fence);
+        h.context->queue.submit(vk::SubmitInfo({}, {}, *h.commands), *h.fence);
+    });
+    h.running = true;
+}
+
+void Submission::wait() {
+    auto& h = *handles_;
+    if (!h.running) {
+        return;
+    }
+    h.running = false;
+    const auto result = guarded("waiting for the device", [&] {
+        return h.context->device.waitForFences(*h.fence, true, kWaitNanoseconds);
+    });
+    if (result != vk::Result::eSuccess) {
+        throw Error(Fault::device, fmt::format("{} did not finish its work within an hour",
+                                               h.context->info.name));
+    }
+}
+
+std::vector<double> Submission::seconds() const {
+    const auto& h = *handles_;
+    std::vector<double> result(h.marks > 0 ? h.marks - 1 : 0, 0.0);
+    if (!*h.queries || h.marks < 2 || h.marks > kMaxMarks) {
+        return result;
+    }
+    const auto [status, ticks] = h.queries.getResults<std::uint64_t>(
+        0, h.marks, h.marks * sizeof(std::uint64_t), sizeof(std::uint64_t),
+        vk::QueryResultFlagBits::e64 | vk::QueryResultFlagBits::eWait);
+    for (std::size_t i = 0; i + 1 < ticks.size(); ++i) {
+        result[i] = static_cast<double>(ticks[i + 1] - ticks[i]) * h.context->timestamp_seconds;
+    }
+    return result;
+}
+
+}  // namespace merl::device

@@ -1,0 +1,56 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "engine/device/buffer.h"
+#include "engine/device/context.h"
+#include "engine/device/kernel.h"
+
+namespace merl::device {
+
+/// A list of device commands, recorded once and submitted as often as wanted.
+///
+/// Commands run in order: each sees all that the ones before it wrote. After wait() the host sees
+/// every buffer that was downloaded.
+class Submission {
+  public:
+    explicit Submission(Context& context);
+    ~Submission();
+    Submission(Submission&&) noexcept;
+    Submission& operator=(Submission&&) noexcept;
+
+    /// Starts recording anew; whatever was recorded is forgotten. Not while running.
+    void begin();
+
+    /// Makes the first `bytes` of the host's view of `buffer` visible to the commands after it.
+    void upload(const Buffer& buffer, std::uint64_t bytes);
+
+    /// Runs groups_x × groups_y workgroups. Throws std::logic_error beyond the device's limits.
+    void dispatch(const BoundKernel& kernel, std::span<const std::byte> push, std::uint32_t groups_x,
+                  std::uint32_t groups_y);
+
+    /// Makes the first `bytes` of `buffer` visible in its host view once wait() returns.
+    void download(const Buffer& buffer, std::uint64_t bytes);
+
+    /// A point in time: seconds() gives the time between each mark and the next. At most 32.
+    void mark();
+
+    void submit();
+
+    /// Waits for the work to end. Throws Error (device) when the device is lost, or when it has
+    /// not ended after an hour. Does nothing when nothing was submitted.
+    void wait();
+
+    /// Device seconds between successive marks of the finished work; zeros without timestamps.
+    std::vector<double> seconds() const;
+
+  private:
+    struct Handles;
+    std::unique_ptr<Handles> handles_;
+};
+
+}  // namespace merl::device

@@ -1,0 +1,21 @@
+#pragma once
+
+#include <stdexcept>
+#include <string>
+
+namespace merl {
+
+/// Whose fault an error is; the command line turns it into its exit status.
+enum class Fault { usage, input, device, output };
+
+/// One clear line for the user: the thing, what was found, what was expected, what to do.
+class Error : public std::runtime_error {
+  public:
+    Error(Fault fault, const std::string& message) : std::runtime_error(message), fault_(fault) {}
+    Fault fault() const { return fault_; }
+
+  private:
+    Fault fault_;
+};
+
+}  // namespace merl

@@ -1,0 +1,131 @@
+#include "engine/reflectance/abc_database.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <numbers>
+#include <sstream>
+
+#include "engine/error.h"
+#include "engine/reflectance/abc_fits.h"
+
+namespace merl::reflectance {
+namespace {
+
+using std::numbers::pi;
+
+/// The published numbers of one material: kd and A per channel, B, C and the index of refraction.
+struct AbcFit {
+    std::string material;
+    std::string line;  // as tabulated, for the content hash
+    std::array<double, 3> kd = {};
+    std::array<double, 3> a = {};
+    double b = 0;
+    double c = 0;
+    double ior = 0;
+};
+
+AbcFit parse_fit(const std::string& line) {
+    AbcFit fit;
+    fit.line = line;
+    std::istringstream fields(line);
+    std::getline(fields, fit.material, ',');
+    const std::array<double*, 9> numbers = {&fit.kd[0], &fit.kd[1], &fit.kd[2], &fit.a[0], &fit.a[1],
+                                            &fit.a[2],  &fit.b,     &fit.c,     &fit.ior};
+    std::string field;
+    for (double* number : numbers) {
+        std::getline(fields, field, ',');
+        const auto end = field.data() + field.size();
+        const auto [stop, code] = std::from_chars(field.data(), end, *number);
+        if (!fields || code != std::errc() || stop != end || !std::isfinite(*number)) {
+            throw Error(Fault::input, fmt::format("ABC figures: \"{}\" in \"{}\" is not a number; a line "
+                                                  "is a name and nine numbers",
+                                                  field, line));
+        }
+    }
+    return fit;
+}
+
+/// The Fresnel term of a dielectric at `c` = cos theta_d (SPEC §7).
+double fresnel(double c, double ior) {
+    const double g = std::sqrt(ior * ior + c * c - 1);
+    const double s = (g - c) / (g + c);
+    const double p = (c * (g + c) - 1) / (c * (g - c) + 1);
+    return 0.5 * s * s * (1 + p * p);
+}
+
+class AbcDatabase final : public Database {
+  public:
+    AbcDatabase(const Grid& grid, const std::string& csv)
+        : Database("ABC fits of MERL (stand-in, not measured)", "built-in stand-in"), domain_(grid) {
+        grid_ = grid;
+        std::istringstream lines(csv);
+        std::string line;
+        std::getline(lines, line);  // the header
+        while (std::getline(lines, line)) {
+            fits_.push_back(parse_fit(line));
+        }
+        std::sort(fits_.begin(), fits_.end(),
+                  [](const AbcFit& x, const AbcFit& y) { return x.material < y.material; });
+        for (const auto& fit : fits_) {
+            materials_.push_back(fit.material);
+        }
+    }
+
+    void read(std::size_t material, VoxelRange range, std::span<double> samples,
+              ContentHash* hash) const override {
+        const AbcFit& fit = fits_.at(material);
+        if (hash != nullptr && range.first == 0) {
+            hash->update(material, 0, std::as_bytes(std::span(fit.line)));
+        }
+        // The distribution depends on theta_h alone and the Fresnel term on theta_d alone.
+        std::vector<double> distribution(grid_.theta_h), reflection(grid_.theta_d);
+        for (std::uint32_t t = 0; t < grid_.theta_h; ++t) {
+            const double cos_h = std::cos(index_voxel(0, 0, t).theta_h);
+            distribution[t] = 1 / std::pow(1 + fit.b * (1 - cos_h), fit.c);
+        }
+        for (std::uint32_t s = 0; s < grid_.theta_d; ++s) {
+            reflection[s] = fresnel(std::cos(index_voxel(0, s, 0).theta_d), fit.ior);
+        }
+        for (std::uint64_t i = range.first; i < range.last; ++i) {
+            const Voxel v = domain_.voxel(i);
+            double lobe = 0;
+            if (v.above_horizon()) {
+                const double cos_h = std::cos(v.theta_h);
+                const double cos_d = std::cos(v.theta_d);
+                const double masking = std::min({1.0, 2 * cos_h * v.cos_theta_i / cos_d,
+                                                 2 * cos_h * v.cos_theta_o / cos_d});
+                lobe = reflection[i / grid_.phi_d % grid_.theta_d] * masking *
+                       distribution[i / grid_.phi_d / grid_.theta_d] /
+                       (pi * v.cos_theta_i * v.cos_theta_o);
+            }
+            for (std::size_t plane = 0; plane < 3; ++plane) {
+                samples[plane * range.size() + (i - range.first)] =
+                    v.above_horizon() ? fit.kd[plane] / pi + lobe * fit.a[plane] : 0;
+            }
+        }
+    }
+
+  private:
+    Voxel index_voxel(std::uint64_t r, std::uint64_t s, std::uint64_t t) const {
+        return domain_.voxel(r + grid_.phi_d * (s + grid_.theta_d * t));
+    }
+
+    Domain domain_;
+    std::vector<AbcFit> fits_;
+};
+
+}  // namespace
+
+std::unique_ptr<Database> make_abc_database(const Grid& grid) {
+    return make_abc_database(grid, kAbcFits);
+}
+
+std::unique_ptr<Database> make_abc_database(const Grid& grid, const std::string& csv) {
+    return std::make_unique<AbcDatabase>(grid, csv);
+}
+
+}  // namespace merl::reflectance
