@@ -97,7 +97,8 @@ int info(const Options& options) {
     } else {
         entries.push_back({std::filesystem::path(options.path).stem().string(), options.path});
     }
-    fmt::print("{}: {} .binary file{}\n\n", options.path, entries.size(), entries.size() == 1 ? "" : "s");
+    fmt::print("{}: {} .binary file{}\n\n", options.path, entries.size(),
+               entries.size() == 1 ? "" : "s");
     fmt::print(kHeading, "material", "samples", "negative", "values, 1/sr");
     std::size_t bad = 0;
     Grid first_grid;
@@ -134,10 +135,9 @@ int info(const Options& options) {
 int write(const Options& options) {
     const auto database = reflectance::make_abc_database();
     const auto& materials = database->materials();
-    std::vector<std::string> files;
-    for (const auto& material : materials) {
-        files.push_back(material + ".binary");
-    }
+    std::vector<std::string> files(materials.size());
+    std::transform(materials.begin(), materials.end(), files.begin(),
+                   [](const std::string& material) { return material + ".binary"; });
     OutputDirectory out(options.out, options.force, files);
     {
         Progress progress("writing", options.quiet);
@@ -157,31 +157,36 @@ int write(const Options& options) {
 
 void add_database(CLI::App& program, Command& chosen) {
     auto options = std::make_shared<Options>();
-    auto* command = program.add_subcommand("database", "What a database holds; the built-in one as files");
+    auto* command =
+        program.add_subcommand("database", "What a database holds; the built-in one as files");
     command->require_subcommand(1);
 
     auto* info_command = command->add_subcommand(
         "info", "Per material: samples, negative samples (not measured), range of values");
-    info_command->add_option("path", options->path,
-                             "A directory of MERL .binary files, or one file (default: the built-in "
-                             "database)");
+    info_command->add_option(
+        "path", options->path,
+        "A directory of MERL .binary files, or one file (default: the built-in "
+        "database)");
     info_command->add_flag("--quiet", options->quiet, "No progress");
-    info_command->footer("Examples:\n"
-                         "  merl-scan database info ~/merl/brdfs\n"
-                         "  merl-scan database info ~/merl/brdfs/chrome.binary\n"
-                         "\n"
-                         "A file that cannot be used is named with the reason, the others are still\n"
-                         "listed, and the exit status is 3.");
+    info_command->footer(
+        "Examples:\n"
+        "  merl-scan database info ~/merl/brdfs\n"
+        "  merl-scan database info ~/merl/brdfs/chrome.binary\n"
+        "\n"
+        "A file that cannot be used is named with the reason, the others are still\n"
+        "listed, and the exit status is 3.");
     info_command->callback([&chosen, options] { chosen = [options] { return info(*options); }; });
 
-    auto* write_command =
-        command->add_subcommand("write", "Write the built-in database as MERL .binary files (3.3 GiB)");
+    auto* write_command = command->add_subcommand(
+        "write", "Write the built-in database as MERL .binary files (3.3 GiB)");
     write_command->add_option("directory", options->out, "The directory to make")->required();
-    write_command->add_flag("--force", options->force, "Replace the files of an existing directory");
+    write_command->add_flag("--force", options->force,
+                            "Replace the files of an existing directory");
     write_command->add_flag("--quiet", options->quiet, "No progress and no summary");
-    write_command->footer("Examples:\n"
-                          "  merl-scan database write /tmp/abc\n"
-                          "  merl-scan scan --database /tmp/abc --out results");
+    write_command->footer(
+        "Examples:\n"
+        "  merl-scan database write /tmp/abc\n"
+        "  merl-scan scan --database /tmp/abc --out results");
     write_command->callback([&chosen, options] { chosen = [options] { return write(*options); }; });
 }
 

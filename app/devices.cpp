@@ -21,11 +21,12 @@ int list() {
             fmt::print("   cannot be used: {}\n", *d.refusal);
         } else {
             usable = true;
-            fmt::print("   can be used: {:.1f} GiB of memory, buffers up to {:.2f} GiB, {} lanes a "
-                       "subgroup\n",
-                       static_cast<double>(d.limits.heap_bytes) / 0x1p30,
-                       static_cast<double>(d.limits.storage_buffer_bytes) / 0x1p30,
-                       d.limits.subgroup_size);
+            fmt::print(
+                "   can be used: {:.1f} GiB of memory, buffers up to {:.2f} GiB, {} lanes a "
+                "subgroup\n",
+                static_cast<double>(d.limits.heap_bytes) / 0x1p30,
+                static_cast<double>(d.limits.storage_buffer_bytes) / 0x1p30,
+                d.limits.subgroup_size);
         }
     }
     return usable ? kSuccess : kDevice;
@@ -36,10 +37,11 @@ int list() {
 void add_devices(CLI::App& program, Command& chosen) {
     auto* command = program.add_subcommand(
         "devices", "Every Vulkan device, whether it can be used, and if not why");
-    command->footer("Examples:\n"
-                    "  merl-scan devices\n"
-                    "  merl-scan scan --device 0        by its number\n"
-                    "  merl-scan scan --device llvm     by a part of its name");
+    command->footer(
+        "Examples:\n"
+        "  merl-scan devices\n"
+        "  merl-scan scan --device 0        by its number\n"
+        "  merl-scan scan --device llvm     by a part of its name");
     command->callback([&chosen] { chosen = list; });
 }
 

@@ -31,7 +31,8 @@ void write_exr(const std::filesystem::path& path, const Image& image) {
         file.setFrameBuffer(frame);
         file.writePixels(static_cast<int>(image.height));
     } catch (const std::exception& error) {
-        throw Error(Fault::output, fmt::format("{}: cannot be written: {}", path.string(), error.what()));
+        throw Error(Fault::output,
+                    fmt::format("{}: cannot be written: {}", path.string(), error.what()));
     }
 }
 
@@ -50,7 +51,8 @@ void write_png(const std::filesystem::path& path, const Image& image) {
     png.height = image.height;
     png.format = PNG_FORMAT_RGB;
     if (png_image_write_to_file(&png, path.c_str(), 0, bytes.data(), 0, nullptr) == 0) {
-        throw Error(Fault::output, fmt::format("{}: cannot be written: {}", path.string(), png.message));
+        throw Error(Fault::output,
+                    fmt::format("{}: cannot be written: {}", path.string(), png.message));
     }
 }
 

@@ -7,7 +7,9 @@ namespace {
 
 volatile std::sig_atomic_t noted_signal = 0;
 
-void note_signal(int signal) { noted_signal = signal; }
+void note_signal(int signal) {
+    noted_signal = signal;
+}
 
 }  // namespace
 

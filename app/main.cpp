@@ -1,5 +1,3 @@
-#include <fmt/format.h>
-
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <exception>
@@ -30,35 +28,21 @@ int status_of(merl::Fault fault) {
     return kInternal;
 }
 
-int complain(const char* kind, const std::string& message, int status) {
-    fmt::print(stderr, "merl-scan: {}{}\n", kind, message);
+int complain(const char* kind, const char* message, int status) noexcept {
+    std::fprintf(stderr, "merl-scan: %s%s\n", kind, message);
     return status;
 }
 
-/// Runs the chosen command; whatever goes wrong becomes one line and an exit status.
-int run(const Command& command) {
-    try {
-        return command();
-    } catch (const merl::Error& error) {
-        return complain("", error.what(), status_of(error.fault()));
-    } catch (const Interrupted& interrupt) {
-        return complain("", "interrupted; nothing was written", kInterrupted + interrupt.signal());
-    } catch (const std::bad_alloc&) {
-        return complain("", "out of memory", kInternal);
-    } catch (const std::exception& error) {
-        return complain("internal error: ", error.what(), kInternal);
-    }
-}
-
-}  // namespace
-
-int main(int argc, char** argv) {
-    CLI::App program("The bench for reflectance metrics: where do two of them disagree?", "merl-scan");
-    program.set_version_flag("--version", merl::app::kVersion);
+/// Reads the command line and runs the chosen command.
+int run(int argc, char** argv) {
+    CLI::App program("The bench for reflectance metrics: where do two of them disagree?",
+                     "merl-scan");
+    program.set_version_flag("--version", kVersion);
     program.require_subcommand(1);
     program.footer(
         "Examples:\n"
-        "  merl-scan scan                                   the built-in database, into ./merl-scan-results\n"
+        "  merl-scan scan                                   the built-in database, into "
+        "./merl-scan-results\n"
         "  merl-scan scan --database ~/merl/brdfs --out results\n"
         "  merl-scan verify                                 is this device exact?\n"
         "  merl-scan scan --help                            all options of a command\n"
@@ -77,5 +61,22 @@ int main(int argc, char** argv) {
         return program.exit(error) == 0 ? kSuccess : kUsage;
     }
     catch_interrupts();
-    return run(chosen);
+    return chosen();
+}
+
+}  // namespace
+
+/// Whatever goes wrong becomes one line and an exit status.
+int main(int argc, char** argv) {
+    try {
+        return run(argc, argv);
+    } catch (const merl::Error& error) {
+        return complain("", error.what(), status_of(error.fault()));
+    } catch (const Interrupted& interrupt) {
+        return complain("", "interrupted; nothing was written", kInterrupted + interrupt.signal());
+    } catch (const std::bad_alloc&) {
+        return complain("", "out of memory", kInternal);
+    } catch (const std::exception& error) {
+        return complain("internal error: ", error.what(), kInternal);
+    }
 }

@@ -19,7 +19,7 @@ namespace {
 
 }  // namespace
 
-OutputDirectory::OutputDirectory(std::filesystem::path target, bool force,
+OutputDirectory::OutputDirectory(const std::filesystem::path& target, bool force,
                                  std::vector<std::string> owned)
     : target_(std::filesystem::absolute(target).lexically_normal()), owned_(std::move(owned)) {
     if (!target_.has_filename()) {
@@ -32,7 +32,8 @@ OutputDirectory::OutputDirectory(std::filesystem::path target, bool force,
             fail(target_, "exists and is not a directory; choose another --out");
         }
         if (!force) {
-            fail(target_, "exists already; choose another --out, or --force to replace its results");
+            fail(target_,
+                 "exists already; choose another --out, or --force to replace its results");
         }
         replace_ = true;
     }

@@ -10,12 +10,14 @@ namespace merl::app {
 /// A directory of results that appears complete or not at all.
 ///
 /// Files are written into a hidden directory beside the target; commit() renames it into place. If
-/// the target exists and `force` is given, commit() replaces the files named in `owned`, one by one,
-/// the last of `owned` last, and touches no other file. Without commit() everything is removed.
+/// the target exists and `force` is given, commit() replaces the files named in `owned`, one by
+/// one, the last of `owned` last, and touches no other file. Without commit() everything is
+/// removed.
 class OutputDirectory {
   public:
     /// Throws Error (output) when `target` exists without `force`, or cannot be made.
-    OutputDirectory(std::filesystem::path target, bool force, std::vector<std::string> owned);
+    OutputDirectory(const std::filesystem::path& target, bool force,
+                    std::vector<std::string> owned);
     ~OutputDirectory();
     OutputDirectory(const OutputDirectory&) = delete;
     OutputDirectory& operator=(const OutputDirectory&) = delete;

@@ -145,7 +145,8 @@ std::string summary_json(const Options& options, const reflectance::Database& da
           {"tied_in_both", o.census.counts.tied_both},
           {"counted_by", o.census.streamed ? "streaming and inversions" : "inversions"}}},
         {"strongest_disagreement", strongest},
-        {"selection", {{"configurations", o.selection.size()}, {"agreement_range", agreement_range}}},
+        {"selection",
+         {{"configurations", o.selection.size()}, {"agreement_range", agreement_range}}},
         {"disagreements_written", o.disagreements.size()},
         {"options",
          {{"select", options.select},
@@ -200,15 +201,17 @@ void print_summary(const Options& options, const reflectance::Database& database
                          pair_text(d, o.strongest->right), o.strongest->agreement));
     }
     if (!o.selection.empty()) {
-        line("selection", fmt::format("{} configurations, agreement {:.6f} to {:.6f}", o.selection.size(),
-                                      o.selection.front().agreement, o.selection.back().agreement));
+        line("selection",
+             fmt::format("{} configurations, agreement {:.6f} to {:.6f}", o.selection.size(),
+                         o.selection.front().agreement, o.selection.back().agreement));
     }
     line("device", fmt::format("{} ({}), {}", context.info().name, context.info().kind,
                                context.info().driver));
     const auto& s = o.seconds;
-    line("seconds", fmt::format("{:.2f}: device {:.2f}, distances {:.2f}, count {:.3f}, select {:.3f}, "
-                                "list {:.2f}, write {:.2f}",
-                                s.total(), s.device, s.distances, s.count, s.select, s.list, s.write));
+    line("seconds",
+         fmt::format("{:.2f}: device {:.2f}, distances {:.2f}, count {:.3f}, select {:.3f}, "
+                     "list {:.2f}, write {:.2f}",
+                     s.total(), s.device, s.distances, s.count, s.select, s.list, s.write));
     line("results", options.out);
 }
 
@@ -228,7 +231,8 @@ int run(const Options& options) {
         throw Error(Fault::usage, "--metrics takes two different metrics, like cwcbrt,pawcielab");
     }
     const std::array<const reflectance::Metric*, 2> metrics = {
-        &reflectance::find_metric(options.metrics[0]), &reflectance::find_metric(options.metrics[1])};
+        &reflectance::find_metric(options.metrics[0]),
+        &reflectance::find_metric(options.metrics[1])};
     std::optional<tbb::global_control> threads;
     if (options.threads > 0) {
         threads.emplace(tbb::global_control::max_allowed_parallelism, options.threads);
@@ -247,7 +251,8 @@ int run(const Options& options) {
         Progress progress("distances", options.quiet);
         o.computed = reflectance::compute_distances(
             context, *database, metrics,
-            {.memory_bytes = options.memory, .progress = [&](double share) { progress.update(share); }});
+            {.memory_bytes = options.memory,
+             .progress = [&](double share) { progress.update(share); }});
     }
     o.seconds.distances = watch.lap();
     o.distances = {.names = database->materials(),
@@ -263,12 +268,19 @@ int run(const Options& options) {
     }
     o.seconds.select = watch.lap();
     throw_if_interrupted();
+    if (!options.disagreements && o.census.counts.disagreements() > scan::max_listed) {
+        throw Error(Fault::usage,
+                    fmt::format("{} disagreements are more than can be listed ({}); give "
+                                "--disagreements N for the N strongest, or 0",
+                                o.census.counts.disagreements(), scan::max_listed));
+    }
     o.disagreements = options.disagreements
                           ? scan::strongest_disagreements(o.distances, *options.disagreements)
                           : scan::all_disagreements(o.distances);
     if (!options.disagreements && o.disagreements.size() != o.census.counts.disagreements()) {
         throw std::logic_error(fmt::format("{} disagreements were counted and {} listed",
-                                           o.census.counts.disagreements(), o.disagreements.size()));
+                                           o.census.counts.disagreements(),
+                                           o.disagreements.size()));
     }
     o.seconds.list = watch.lap();
     throw_if_interrupted();
@@ -289,16 +301,21 @@ int run(const Options& options) {
 void add_scan(CLI::App& program, Command& chosen) {
     auto options = std::make_shared<Options>();
     auto* command = program.add_subcommand(
-        "scan", "All pair distances under two metrics, all disagreements, and the configurations for "
-                "judges");
-    command->add_option("--database", options->database,
-                        "A directory of MERL .binary files (default: the built-in stand-in database)");
+        "scan",
+        "All pair distances under two metrics, all disagreements, and the configurations for "
+        "judges");
+    command->add_option(
+        "--database", options->database,
+        "A directory of MERL .binary files (default: the built-in stand-in database)");
     command->add_option("--out", options->out, "The directory to make")->capture_default_str();
-    command->add_option("--metrics", options->metrics, "Two metrics; the left pair has the smaller first")
+    command
+        ->add_option("--metrics", options->metrics,
+                     "Two metrics; the left pair has the smaller first")
         ->delimiter(',')
         ->expected(1, 2)
         ->capture_default_str();
-    command->add_option("--select", options->select, "Configurations for judges")->capture_default_str();
+    command->add_option("--select", options->select, "Configurations for judges")
+        ->capture_default_str();
     command
         ->add_option("--per-material", options->per_material,
                      "In how many of them a material may take part")
@@ -315,7 +332,8 @@ void add_scan(CLI::App& program, Command& chosen) {
     command->add_flag("--force", options->force, "Replace the results in an existing directory");
     command->add_flag("--quiet", options->quiet, "No progress and no summary");
     command->footer(
-        "Writes pairs.csv, disagreements.csv, selection.csv and summary.json (docs/file-formats.md).\n"
+        "Writes pairs.csv, disagreements.csv, selection.csv and summary.json "
+        "(docs/file-formats.md).\n"
         "\n"
         "Examples:\n"
         "  merl-scan scan\n"

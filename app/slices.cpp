@@ -41,7 +41,8 @@ double projected_area(const Voxel& v) {
 constexpr std::array<Column, 3> kColumns = {{
     {"projected-area", projected_area},
     {"0.05-s_merl", [](const Voxel& v) { return 0.05 * v.s_merl; }},
-    {"0.4-projected-area-s_merl", [](const Voxel& v) { return 0.4 * projected_area(v) * v.s_merl; }},
+    {"0.4-projected-area-s_merl",
+     [](const Voxel& v) { return 0.4 * projected_area(v) * v.s_merl; }},
 }};
 
 /// M_s to the right, M_t upwards, at one M_r.
@@ -130,9 +131,10 @@ int run(const Options& options) {
     for (const auto& wanted : options.materials) {
         const auto found = std::find(names.begin(), names.end(), wanted);
         if (found == names.end()) {
-            throw Error(Fault::usage, fmt::format("{} has no material \"{}\"; `merl-scan database info` "
-                                                  "lists its {} materials",
-                                                  database->name(), wanted, names.size()));
+            throw Error(Fault::usage,
+                        fmt::format("{} has no material \"{}\"; `merl-scan database info` "
+                                    "lists its {} materials",
+                                    database->name(), wanted, names.size()));
         }
         materials.push_back(static_cast<std::size_t>(found - names.begin()));
     }
@@ -155,9 +157,8 @@ int run(const Options& options) {
         const Image slice = material_slice(*database, material);
         write_exr(out.path(names[material] + ".exr"), slice);
         // A perfect white diffuser, 1/pi, is shown as white; highlights are cut off.
-        write_png(out.path(names[material] + ".png"), encoded(slice, [](float f) {
-                      return srgb(f * std::numbers::pi_v<float>);
-                  }));
+        write_png(out.path(names[material] + ".png"),
+                  encoded(slice, [](float f) { return srgb(f * std::numbers::pi_v<float>); }));
     }
     out.commit();
     fmt::print("{} images in {}\n", owned.size(), options.out);
@@ -171,18 +172,21 @@ void add_slices(CLI::App& program, Command& chosen) {
     auto* command = program.add_subcommand(
         "slices", "Images of the projected area weight and of s_MERL, and of materials");
     command->add_option("--out", options->out, "The directory to make")->required();
-    command->add_option("--database", options->database,
-                        "A directory of MERL .binary files (default: the built-in stand-in database)");
-    command->add_option("--materials", options->materials, "Materials to draw a slice of")->delimiter(',');
+    command->add_option(
+        "--database", options->database,
+        "A directory of MERL .binary files (default: the built-in stand-in database)");
+    command->add_option("--materials", options->materials, "Materials to draw a slice of")
+        ->delimiter(',');
     command->add_flag("--force", options->force, "Replace the images in an existing directory");
-    command->footer("Draws figure 4.4 of Ryman 2018: projected area, 0.05 s_MERL, and 0.4 times their\n"
-                    "product, at M_r = 0 and 0.5, M_s to the right and M_t upwards. For each material, its\n"
-                    "slice at phi_d = 90 degrees, theta_h to the right and theta_d upwards. OpenEXR has the\n"
-                    "values, PNG is for looking.\n"
-                    "\n"
-                    "Examples:\n"
-                    "  merl-scan slices --out slices\n"
-                    "  merl-scan slices --out slices --materials chrome,blue-fabric --force");
+    command->footer(
+        "Draws figure 4.4 of Ryman 2018: projected area, 0.05 s_MERL, and 0.4 times their\n"
+        "product, at M_r = 0 and 0.5, M_s to the right and M_t upwards. For each material, its\n"
+        "slice at phi_d = 90 degrees, theta_h to the right and theta_d upwards. OpenEXR has the\n"
+        "values, PNG is for looking.\n"
+        "\n"
+        "Examples:\n"
+        "  merl-scan slices --out slices\n"
+        "  merl-scan slices --out slices --materials chrome,blue-fabric --force");
     command->callback([&chosen, options] { chosen = [options] { return run(*options); }; });
 }
 

@@ -55,8 +55,8 @@ class Report {
   private:
     static void print(std::string_view check, std::string_view expected, std::string_view actual,
                       std::string_view error, std::string_view allowed, std::string_view result) {
-        fmt::print("{:<44} {:>14} {:>14} {:>9} {:>9}  {}\n", check, expected, actual, error, allowed,
-                   result);
+        fmt::print("{:<44} {:>14} {:>14} {:>9} {:>9}  {}\n", check, expected, actual, error,
+                   allowed, result);
         std::fflush(stdout);
     }
     int failures_ = 0;
@@ -89,7 +89,8 @@ double relative_error(double actual, double expected) {
     return std::abs(actual - expected) / std::abs(expected);
 }
 
-double largest_relative_error(const std::vector<double>& actual, const std::vector<double>& expected) {
+double largest_relative_error(const std::vector<double>& actual,
+                              const std::vector<double>& expected) {
     if (actual.size() != expected.size()) {
         throw std::logic_error(
             fmt::format("{} distances to compare with {}", actual.size(), expected.size()));
@@ -112,7 +113,8 @@ void check_framework(device::Context& context, Report& report) {
     constexpr std::array<Test, 3> tests = {{
         {"one", "framework: weight 1, every voxel", VoxelSet::all, 1.0},
         {"uniform", "framework: s_MERL", VoxelSet::above_horizon, 1.7725855257099505},
-        {"projected-area", "framework: cos cos s_MERL", VoxelSet::above_horizon, 0.8862569125646411},
+        {"projected-area", "framework: cos cos s_MERL", VoxelSet::above_horizon,
+         0.8862569125646411},
     }};
     // The difference is 1 whatever the materials are: two will do.
     const auto database = reflectance::make_abc_database(
@@ -132,15 +134,15 @@ void check_framework(device::Context& context, Report& report) {
 
 void check_distances(device::Context& context, Report& report, bool quiet) {
     const auto database = reflectance::make_abc_database();
-    std::vector<const Metric*> metrics;
-    for (const auto& metric : reflectance::metrics()) {
-        metrics.push_back(&metric);
-    }
+    const auto all = reflectance::metrics();
+    std::vector<const Metric*> metrics(all.size());
+    std::transform(all.begin(), all.end(), metrics.begin(), [](const Metric& m) { return &m; });
     reflectance::DistanceResult result;
     {
         Progress progress("built-in database", quiet);
         result = reflectance::compute_distances(
-            context, *database, metrics, {.progress = [&](double share) { progress.update(share); }});
+            context, *database, metrics,
+            {.progress = [&](double share) { progress.update(share); }});
     }
     const auto of = [&](std::string_view name) -> const std::vector<double>& {
         for (std::size_t m = 0; m < metrics.size(); ++m) {
@@ -207,12 +209,13 @@ void add_verify(CLI::App& program, Command& chosen) {
     command->add_option("--device", options->device,
                         "A Vulkan device by number or part of its name (default: the best)");
     command->add_flag("--quiet", options->quiet, "No progress");
-    command->footer("Prints expected and actual values, the relative error (for the disagreements: the\n"
-                    "difference) and what is allowed. The exit status is 1 if any check fails.\n"
-                    "\n"
-                    "Examples:\n"
-                    "  merl-scan verify\n"
-                    "  merl-scan verify --device llvmpipe");
+    command->footer(
+        "Prints expected and actual values, the relative error (for the disagreements: the\n"
+        "difference) and what is allowed. The exit status is 1 if any check fails.\n"
+        "\n"
+        "Examples:\n"
+        "  merl-scan verify\n"
+        "  merl-scan verify --device llvmpipe");
     command->callback([&chosen, options] { chosen = [options] { return run(*options); }; });
 }
 

@@ -49,11 +49,12 @@ Allocation::Allocation(Context::Handles& context_, std::uint64_t bytes, vk::Buff
     try {
         memory = {context.device, {needs.size, type.value()}};
     } catch (const vk::SystemError& error) {
-        throw Error(Fault::device,
-                    fmt::format("{} cannot allocate {:.1f} MiB ({:.1f} MiB are in use): {}; a smaller "
-                                "--memory makes smaller slabs",
-                                context.info.name, static_cast<double>(needs.size) / 1048576.0,
-                                static_cast<double>(context.allocated) / 1048576.0, error.what()));
+        throw Error(
+            Fault::device,
+            fmt::format("{} cannot allocate {:.1f} MiB ({:.1f} MiB are in use): {}; a smaller "
+                        "--memory makes smaller slabs",
+                        context.info.name, static_cast<double>(needs.size) / 1048576.0,
+                        static_cast<double>(context.allocated) / 1048576.0, error.what()));
     }
     allocated = needs.size;
     context.allocated += allocated;
@@ -64,7 +65,9 @@ Allocation::Allocation(Context::Handles& context_, std::uint64_t bytes, vk::Buff
     }
 }
 
-Allocation::~Allocation() { context.allocated -= allocated; }
+Allocation::~Allocation() {
+    context.allocated -= allocated;
+}
 
 Buffer::Buffer(Context& context, std::uint64_t bytes, Traffic traffic, bool texels)
     : handles_(std::make_unique<Handles>()) {
@@ -75,8 +78,8 @@ Buffer::Buffer(Context& context, std::uint64_t bytes, Traffic traffic, bool texe
     h.traffic = traffic;
     if (bytes == 0 || bytes > c.info.limits.storage_buffer_bytes ||
         (texels && bytes / 16 > c.info.limits.texel_buffer_texels)) {
-        throw std::logic_error(fmt::format("a buffer of {} bytes was planned; {} allows 1 to {}", bytes,
-                                           c.info.name, c.info.limits.storage_buffer_bytes));
+        throw std::logic_error(fmt::format("a buffer of {} bytes was planned; {} allows 1 to {}",
+                                           bytes, c.info.name, c.info.limits.storage_buffer_bytes));
     }
     guarded("creating a buffer", [&] {
         vk::BufferUsageFlags usage = Usage::eStorageBuffer;
@@ -109,7 +112,9 @@ Buffer::~Buffer() = default;
 Buffer::Buffer(Buffer&&) noexcept = default;
 Buffer& Buffer::operator=(Buffer&&) noexcept = default;
 
-std::uint64_t Buffer::bytes() const { return handles_->bytes; }
+std::uint64_t Buffer::bytes() const {
+    return handles_->bytes;
+}
 
 std::span<std::byte> Buffer::host() const {
     const auto& h = *handles_;

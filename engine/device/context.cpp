@@ -41,8 +41,8 @@ std::string kind_text(vk::PhysicalDeviceType type) {
 
 /// Lower is better: the order in which devices are preferred.
 int preference(const DeviceInfo& info) {
-    constexpr std::array<std::string_view, 4> order = {"discrete GPU", "integrated GPU", "virtual GPU",
-                                                       "CPU"};
+    constexpr std::array<std::string_view, 4> order = {"discrete GPU", "integrated GPU",
+                                                       "virtual GPU", "CPU"};
     return static_cast<int>(std::find(order.begin(), order.end(), info.kind) - order.begin());
 }
 
@@ -92,7 +92,8 @@ DeviceInfo describe(const vk::raii::PhysicalDevice& physical, std::uint32_t inde
         }
     }
     const auto format = physical.getFormatProperties(vk::Format::eR32G32B32A32Sfloat);
-    const auto subgroup = vk::SubgroupFeatureFlagBits::eBasic | vk::SubgroupFeatureFlagBits::eArithmetic;
+    const auto subgroup =
+        vk::SubgroupFeatureFlagBits::eBasic | vk::SubgroupFeatureFlagBits::eArithmetic;
     if (!compute_queue_family(physical)) {
         info.refusal = "it has no compute queue";
     } else if ((v11.subgroupSupportedOperations & subgroup) != subgroup ||
@@ -119,9 +120,10 @@ vk::raii::Instance make_instance(const vk::raii::Context& loader, const std::str
         if (std::none_of(available.begin(), available.end(), [](const auto& layer) {
                 return std::strcmp(layer.layerName, kValidationLayer) == 0;
             })) {
-            throw Error(Fault::device, fmt::format("MERL_SCAN_VALIDATE is set, but {} is not installed "
-                                                   "(Debian: vulkan-validationlayers)",
-                                                   kValidationLayer));
+            throw Error(Fault::device,
+                        fmt::format("MERL_SCAN_VALIDATE is set, but {} is not installed "
+                                    "(Debian: vulkan-validationlayers)",
+                                    kValidationLayer));
         }
         layers.push_back(kValidationLayer);
         extensions.push_back(VK_EXT_DEBUG_UTILS_EXTENSION_NAME);
@@ -130,12 +132,11 @@ vk::raii::Instance make_instance(const vk::raii::Context& loader, const std::str
         } else if (validate == "gpu") {
             features.push_back(vk::ValidationFeatureEnableEXT::eGpuAssisted);
             features.push_back(vk::ValidationFeatureEnableEXT::eGpuAssistedReserveBindingSlot);
-        } else if (validate == "best") {
-            features.push_back(vk::ValidationFeatureEnableEXT::eBestPractices);
         } else if (validate != "core") {
-            throw Error(Fault::usage, fmt::format("MERL_SCAN_VALIDATE is \"{}\"; expected core, sync, "
-                                                  "gpu or best",
-                                                  validate));
+            throw Error(Fault::usage,
+                        fmt::format("MERL_SCAN_VALIDATE is \"{}\"; expected core, sync or "
+                                    "gpu",
+                                    validate));
         }
     }
     vk::ValidationFeaturesEXT validation(features);
@@ -160,8 +161,9 @@ vk::raii::Context make_loader() {
     try {
         return {};
     } catch (const std::runtime_error&) {
-        throw Error(Fault::device, "the Vulkan loader (libvulkan.so.1) is not installed; on Debian: "
-                                   "apt-get install libvulkan1 mesa-vulkan-drivers");
+        throw Error(Fault::device,
+                    "the Vulkan loader (libvulkan.so.1) is not installed; on Debian: "
+                    "apt-get install libvulkan1 mesa-vulkan-drivers");
     }
 }
 
@@ -178,8 +180,9 @@ VKAPI_ATTR VkBool32 VKAPI_CALL keep_message(VkDebugUtilsMessageSeverityFlagBitsE
 /// The index in `devices` of the one to open.
 std::size_t choose(const std::vector<DeviceInfo>& devices, const std::string& wanted) {
     if (devices.empty()) {
-        throw Error(Fault::device, "no Vulkan driver found; on Debian: apt-get install "
-                                   "mesa-vulkan-drivers (lavapipe runs on any processor)");
+        throw Error(Fault::device,
+                    "no Vulkan driver found; on Debian: apt-get install "
+                    "mesa-vulkan-drivers (lavapipe runs on any processor)");
     }
     std::string list;
     for (const auto& d : devices) {
@@ -191,7 +194,8 @@ std::size_t choose(const std::vector<DeviceInfo>& devices, const std::string& wa
                        [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
         return text;
     };
-    const bool is_index = !wanted.empty() && wanted.find_first_not_of("0123456789") == std::string::npos;
+    const bool is_index =
+        !wanted.empty() && wanted.find_first_not_of("0123456789") == std::string::npos;
     std::vector<std::size_t> matches;
     for (std::size_t i = 0; i < devices.size(); ++i) {
         const bool named = lower(devices[i].name).find(lower(wanted)) != std::string::npos;
@@ -201,16 +205,18 @@ std::size_t choose(const std::vector<DeviceInfo>& devices, const std::string& wa
     }
     if (!wanted.empty()) {
         if (matches.empty()) {
-            throw Error(Fault::device,
-                        fmt::format("no Vulkan device is called \"{}\"; there are:{}", wanted, list));
+            throw Error(
+                Fault::device,
+                fmt::format("no Vulkan device is called \"{}\"; there are:{}", wanted, list));
         }
         if (matches.size() > 1) {
-            throw Error(Fault::device, fmt::format("\"{}\" fits {} Vulkan devices; give an index:{}",
-                                                   wanted, matches.size(), list));
+            throw Error(Fault::device,
+                        fmt::format("\"{}\" fits {} Vulkan devices; give an index:{}", wanted,
+                                    matches.size(), list));
         }
         if (const auto& refusal = devices[matches[0]].refusal) {
-            throw Error(Fault::device, fmt::format("Vulkan device {} ({}) cannot be used: {}", wanted,
-                                                   devices[matches[0]].name, *refusal));
+            throw Error(Fault::device, fmt::format("Vulkan device {} ({}) cannot be used: {}",
+                                                   wanted, devices[matches[0]].name, *refusal));
         }
         return matches[0];
     }
@@ -281,19 +287,20 @@ Context::Context(const ContextOptions& options) {
     }
 
     std::vector<const char*> extensions;
-    vk::PhysicalDeviceSubgroupSizeControlFeaturesEXT size_control(true, false);
+    vk::PhysicalDeviceSubgroupSizeControlFeaturesEXT size_control(true, true);
     vk::DeviceCreateInfo create;
     if (has_extension(h.physical, kSubgroupSizeControl)) {
-        const auto offered =
-            h.physical
-                .getFeatures2<vk::PhysicalDeviceFeatures2, vk::PhysicalDeviceSubgroupSizeControlFeatures>()
-                .get<vk::PhysicalDeviceSubgroupSizeControlFeatures>();
+        const auto offered = h.physical
+                                 .getFeatures2<vk::PhysicalDeviceFeatures2,
+                                               vk::PhysicalDeviceSubgroupSizeControlFeatures>()
+                                 .get<vk::PhysicalDeviceSubgroupSizeControlFeatures>();
         const auto stages = h.physical
                                 .getProperties2<vk::PhysicalDeviceProperties2,
                                                 vk::PhysicalDeviceSubgroupSizeControlProperties>()
                                 .get<vk::PhysicalDeviceSubgroupSizeControlProperties>()
                                 .requiredSubgroupSizeStages;
-        if (offered.subgroupSizeControl && (stages & vk::ShaderStageFlagBits::eCompute)) {
+        if (offered.subgroupSizeControl && offered.computeFullSubgroups &&
+            (stages & vk::ShaderStageFlagBits::eCompute)) {
             extensions.push_back(kSubgroupSizeControl);
             h.subgroup_size_control = true;
             create.pNext = &size_control;
@@ -313,9 +320,15 @@ Context::Context(const ContextOptions& options) {
 
 Context::~Context() = default;
 
-const DeviceInfo& Context::info() const { return handles_->info; }
-std::uint64_t Context::allocated_bytes() const { return handles_->allocated; }
-std::uint64_t Context::peak_allocated_bytes() const { return handles_->peak_allocated; }
+const DeviceInfo& Context::info() const {
+    return handles_->info;
+}
+std::uint64_t Context::allocated_bytes() const {
+    return handles_->allocated;
+}
+std::uint64_t Context::peak_allocated_bytes() const {
+    return handles_->peak_allocated;
+}
 
 void Context::check_validation() {
     const std::lock_guard lock(handles_->message_lock);

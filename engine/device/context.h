@@ -16,7 +16,7 @@ struct Limits {
     std::uint64_t heap_bytes = 0;            // the device-local heap
     std::uint32_t groups_x = 0;              // workgroups per dimension of one dispatch
     std::uint32_t groups_y = 0;
-    std::uint32_t subgroup_size = 0;         // lanes of one subgroup
+    std::uint32_t subgroup_size = 0;  // lanes of one subgroup
 };
 
 /// One Vulkan device of this machine.
@@ -42,7 +42,7 @@ struct ContextOptions {
 
 /// A Vulkan device opened for compute: one queue, one command pool, the validation messages.
 ///
-/// With MERL_SCAN_VALIDATE in the environment ("core", "sync", "gpu" or "best") the Khronos
+/// With MERL_SCAN_VALIDATE in the environment ("core", "sync" or "gpu") the Khronos
 /// validation layer is loaded and every message of it is an error: see check_validation().
 class Context {
   public:

@@ -43,7 +43,8 @@ auto guarded(const char* what, Call&& call) -> decltype(call()) {
     try {
         return call();
     } catch (const vk::SystemError& error) {
-        throw Error(Fault::device, std::string(what) + " failed on the Vulkan device: " + error.what());
+        throw Error(Fault::device,
+                    std::string(what) + " failed on the Vulkan device: " + error.what());
     }
 }
 

@@ -42,13 +42,14 @@ Kernel::Kernel(Context& context, const std::string& name, std::span<const std::u
         for (std::uint32_t i = 0; i < options.constants.size(); ++i) {
             entries.emplace_back(i, i * 4, 4);
         }
-        const vk::SpecializationInfo specialization(
-            static_cast<std::uint32_t>(entries.size()), entries.data(), options.constants.size() * 4,
-            options.constants.data());
+        const vk::SpecializationInfo specialization(static_cast<std::uint32_t>(entries.size()),
+                                                    entries.data(), options.constants.size() * 4,
+                                                    options.constants.data());
         const vk::raii::ShaderModule module(c.device, {{}, spirv.size_bytes(), spirv.data()});
-        vk::PipelineShaderStageCreateInfo stage({}, vk::ShaderStageFlagBits::eCompute, *module, "main",
-                                                &specialization);
-        const vk::PipelineShaderStageRequiredSubgroupSizeCreateInfoEXT size(c.info.limits.subgroup_size);
+        vk::PipelineShaderStageCreateInfo stage({}, vk::ShaderStageFlagBits::eCompute, *module,
+                                                "main", &specialization);
+        const vk::PipelineShaderStageRequiredSubgroupSizeCreateInfoEXT size(
+            c.info.limits.subgroup_size);
         if (options.one_subgroup && c.subgroup_size_control) {
             stage.flags |= vk::PipelineShaderStageCreateFlagBits::eRequireFullSubgroupsEXT;
             stage.pNext = &size;

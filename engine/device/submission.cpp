@@ -38,7 +38,8 @@ Submission::Submission(Context& context) : handles_(std::make_unique<Handles>())
     auto& c = *h.context;
     guarded("creating a command buffer", [&] {
         h.commands = std::move(
-            vk::raii::CommandBuffers(c.device, {*c.pool, vk::CommandBufferLevel::ePrimary, 1}).front());
+            vk::raii::CommandBuffers(c.device, {*c.pool, vk::CommandBufferLevel::ePrimary, 1})
+                .front());
         h.fence = {c.device, vk::FenceCreateInfo()};
         if (c.timestamp_seconds > 0) {
             h.queries = {c.device, {{}, vk::QueryType::eTimestamp, kMaxMarks}};
@@ -66,10 +67,12 @@ void Submission::begin() {
         h.commands.resetQueryPool(*h.queries, 0, kMaxMarks);
     }
     // The shared buffers may still be read or written by the submission before this one.
-    h.barrier(Stage::eComputeShader | Stage::eTransfer,
-              Access::eShaderRead | Access::eShaderWrite | Access::eTransferRead | Access::eTransferWrite,
-              Stage::eComputeShader | Stage::eTransfer,
-              Access::eShaderRead | Access::eShaderWrite | Access::eTransferRead | Access::eTransferWrite);
+    h.barrier(
+        Stage::eComputeShader | Stage::eTransfer,
+        Access::eShaderRead | Access::eShaderWrite | Access::eTransferRead | Access::eTransferWrite,
+        Stage::eComputeShader | Stage::eTransfer,
+        Access::eShaderRead | Access::eShaderWrite | Access::eTransferRead |
+            Access::eTransferWrite);
     h.marks = 0;
     h.recording = true;
 }
@@ -79,7 +82,8 @@ void Submission::upload(const Buffer& buffer, std::uint64_t bytes) {
     const auto& b = buffer.handles();
     if (b.staging) {
         h.commands.copyBuffer(*b.staging->buffer, *b.device->buffer, vk::BufferCopy(0, 0, bytes));
-        h.barrier(Stage::eTransfer, Access::eTransferWrite, Stage::eComputeShader, Access::eShaderRead);
+        h.barrier(Stage::eTransfer, Access::eTransferWrite, Stage::eComputeShader,
+                  Access::eShaderRead);
     }  // mapped coherent memory: submitting makes the host's writes visible
 }
 
@@ -89,15 +93,15 @@ void Submission::dispatch(const BoundKernel& kernel, std::span<const std::byte> 
     const auto& k = *kernel.handles().kernel;
     const auto& limits = h.context->info.limits;
     if (groups_x > limits.groups_x || groups_y > limits.groups_y || push.size() != k.push_bytes) {
-        throw std::logic_error(
-            fmt::format("kernel \"{}\": {} × {} workgroups and {} push bytes were planned; the device "
-                        "allows {} × {}, the kernel takes {}",
-                        k.name, groups_x, groups_y, push.size(), limits.groups_x, limits.groups_y,
-                        k.push_bytes));
+        throw std::logic_error(fmt::format(
+            "kernel \"{}\": {} × {} workgroups and {} push bytes were planned; the device "
+            "allows {} × {}, the kernel takes {}",
+            k.name, groups_x, groups_y, push.size(), limits.groups_x, limits.groups_y,
+            k.push_bytes));
     }
     h.commands.bindPipeline(vk::PipelineBindPoint::eCompute, *k.pipeline);
-    h.commands.bindDescriptorSets(vk::PipelineBindPoint::eCompute, *k.layout, 0, *kernel.handles().set,
-                                  {});
+    h.commands.bindDescriptorSets(vk::PipelineBindPoint::eCompute, *k.layout, 0,
+                                  *kernel.handles().set, {});
     if (!push.empty()) {
         h.commands.pushConstants<std::byte>(*k.layout, vk::ShaderStageFlagBits::eCompute, 0, push);
     }
@@ -149,8 +153,8 @@ void Submission::wait() {
         return h.context->device.waitForFences(*h.fence, true, kWaitNanoseconds);
     });
     if (result != vk::Result::eSuccess) {
-        throw Error(Fault::device, fmt::format("{} did not finish its work within an hour",
-                                               h.context->info.name));
+        throw Error(Fault::device,
+                    fmt::format("{} did not finish its work within an hour", h.context->info.name));
     }
 }
 

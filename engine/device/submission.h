@@ -30,8 +30,8 @@ class Submission {
     void upload(const Buffer& buffer, std::uint64_t bytes);
 
     /// Runs groups_x × groups_y workgroups. Throws std::logic_error beyond the device's limits.
-    void dispatch(const BoundKernel& kernel, std::span<const std::byte> push, std::uint32_t groups_x,
-                  std::uint32_t groups_y);
+    void dispatch(const BoundKernel& kernel, std::span<const std::byte> push,
+                  std::uint32_t groups_x, std::uint32_t groups_y);
 
     /// Makes the first `bytes` of `buffer` visible in its host view once wait() returns.
     void download(const Buffer& buffer, std::uint64_t bytes);

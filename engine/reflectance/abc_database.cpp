@@ -33,17 +33,19 @@ AbcFit parse_fit(const std::string& line) {
     fit.line = line;
     std::istringstream fields(line);
     std::getline(fields, fit.material, ',');
-    const std::array<double*, 9> numbers = {&fit.kd[0], &fit.kd[1], &fit.kd[2], &fit.a[0], &fit.a[1],
-                                            &fit.a[2],  &fit.b,     &fit.c,     &fit.ior};
+    const std::array<double*, 9> numbers = {&fit.kd[0], &fit.kd[1], &fit.kd[2],
+                                            &fit.a[0],  &fit.a[1],  &fit.a[2],
+                                            &fit.b,     &fit.c,     &fit.ior};
     std::string field;
     for (double* number : numbers) {
         std::getline(fields, field, ',');
         const auto end = field.data() + field.size();
         const auto [stop, code] = std::from_chars(field.data(), end, *number);
         if (!fields || code != std::errc() || stop != end || !std::isfinite(*number)) {
-            throw Error(Fault::input, fmt::format("ABC figures: \"{}\" in \"{}\" is not a number; a line "
-                                                  "is a name and nine numbers",
-                                                  field, line));
+            throw Error(Fault::input,
+                        fmt::format("ABC figures: \"{}\" in \"{}\" is not a number; a line "
+                                    "is a name and nine numbers",
+                                    field, line));
         }
     }
     return fit;
@@ -60,7 +62,8 @@ double fresnel(double c, double ior) {
 class AbcDatabase final : public Database {
   public:
     AbcDatabase(const Grid& grid, const std::string& csv)
-        : Database("ABC fits of MERL (stand-in, not measured)", "built-in stand-in"), domain_(grid) {
+        : Database("ABC fits of MERL (stand-in, not measured)", "built-in stand-in"),
+          domain_(grid) {
         grid_ = grid;
         std::istringstream lines(csv);
         std::string line;
@@ -96,8 +99,8 @@ class AbcDatabase final : public Database {
             if (v.above_horizon()) {
                 const double cos_h = std::cos(v.theta_h);
                 const double cos_d = std::cos(v.theta_d);
-                const double masking = std::min({1.0, 2 * cos_h * v.cos_theta_i / cos_d,
-                                                 2 * cos_h * v.cos_theta_o / cos_d});
+                const double masking = std::min(
+                    {1.0, 2 * cos_h * v.cos_theta_i / cos_d, 2 * cos_h * v.cos_theta_o / cos_d});
                 lobe = reflection[i / grid_.phi_d % grid_.theta_d] * masking *
                        distribution[i / grid_.phi_d / grid_.theta_d] /
                        (pi * v.cos_theta_i * v.cos_theta_o);

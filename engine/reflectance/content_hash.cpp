@@ -25,8 +25,10 @@ ContentHash::ContentHash(std::size_t materials) {
 
 ContentHash::~ContentHash() = default;
 
-void ContentHash::update(std::size_t material, std::size_t plane, std::span<const std::byte> bytes) {
-    XXH3_128bits_update(materials_.at(material)->states.at(plane).get(), bytes.data(), bytes.size());
+void ContentHash::update(std::size_t material, std::size_t plane,
+                         std::span<const std::byte> bytes) {
+    XXH3_128bits_update(materials_.at(material)->states.at(plane).get(), bytes.data(),
+                        bytes.size());
 }
 
 std::string ContentHash::digest(const std::vector<std::string>& materials,

@@ -17,8 +17,8 @@ struct VoxelRange {
     std::uint64_t size() const { return last - first; }
 };
 
-/// Above every physical reflectance (1/sr), and low enough that the float32 sums on the device, which
-/// square it, cannot overflow.
+/// Above every physical reflectance (1/sr), and low enough that the float32 sums on the device,
+/// which square it, cannot overflow.
 constexpr double kMaxReflectance = 1e12;
 
 /// A database of measured BRDFs on one grid, read a range of voxels at a time.

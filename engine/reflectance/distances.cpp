@@ -69,17 +69,18 @@ struct Slot {
 /// The whole computation: kernels, buffers and totals.
 class Computation {
   public:
-    Computation(device::Context& context, const SlabPlan& plan, std::span<const Metric* const> metrics)
+    Computation(device::Context& context, const SlabPlan& plan,
+                std::span<const Metric* const> metrics)
         : plan_(plan),
           metrics_(metrics),
           grid_(context, grid_bytes(plan, metrics), Traffic::none, true),
           totals_(metrics.size(), std::vector<double>(std::size_t{plan.tiles} * kTile * kTile)) {
         for (const auto* metric : metrics) {
-            prepare_.emplace_back(context, fmt::format("{} prepare", metric->name), metric->prepare_spirv,
-                                  Kernel::Options{.bindings = {Binding::storage, Binding::storage,
-                                                               Binding::storage},
-                                                  .constants = {kPrepareLanes},
-                                                  .push_bytes = sizeof(PreparePush)});
+            prepare_.emplace_back(
+                context, fmt::format("{} prepare", metric->name), metric->prepare_spirv,
+                Kernel::Options{.bindings = {Binding::storage, Binding::storage, Binding::storage},
+                                .constants = {kPrepareLanes},
+                                .push_bytes = sizeof(PreparePush)});
             difference_.emplace_back(
                 context, fmt::format("{} difference", metric->name), metric->difference_spirv,
                 Kernel::Options{.bindings = {Binding::texels, Binding::storage},
@@ -117,10 +118,11 @@ class Computation {
                                          static_cast<std::uint32_t>(voxels), plan_.materials,
                                          plan_.padded_materials};
             const std::uint32_t cells = slot.blocks * kBlockVoxels / metrics_[m]->voxels_per_cell();
-            s.dispatch(slot.prepare[m], bytes_of(prepare), cells / kPrepareLanes, plan_.padded_materials);
+            s.dispatch(slot.prepare[m], bytes_of(prepare), cells / kPrepareLanes,
+                       plan_.padded_materials);
             s.mark();
-            s.dispatch(slot.difference[m], bytes_of(DifferencePush{plan_.tiles_across}), plan_.tiles,
-                       slot.blocks);
+            s.dispatch(slot.difference[m], bytes_of(DifferencePush{plan_.tiles_across}),
+                       plan_.tiles, slot.blocks);
             s.mark();
             s.download(slot.sums[m], plan_.sums_bytes());
         }
@@ -157,7 +159,8 @@ class Computation {
     }
 
     /// After the last slab: E for each metric and pair.
-    std::vector<std::vector<double>> distances(DistanceSeconds& seconds, std::uint64_t grid_voxels) {
+    std::vector<std::vector<double>> distances(DistanceSeconds& seconds,
+                                               std::uint64_t grid_voxels) {
         finish(slots_[1], seconds);  // the older one first: totals are added in voxel order
         finish(slots_[0], seconds);
         std::vector<std::vector<double>> result(metrics_.size());
@@ -166,8 +169,9 @@ class Computation {
                 for (std::uint32_t j = i + 1; j < plan_.materials; ++j) {
                     const double total = totals_[m][total_index(i, j)];
                     if (!std::isfinite(total) || total < 0) {
-                        throw std::logic_error(fmt::format("metric {}: the sum of materials {} and {} is {}",
-                                                           metrics_[m]->name, i, j, total));
+                        throw std::logic_error(
+                            fmt::format("metric {}: the sum of materials {} and {} is {}",
+                                        metrics_[m]->name, i, j, total));
                     }
                     result[m].push_back(std::sqrt(total / static_cast<double>(grid_voxels)));
                 }
@@ -228,7 +232,8 @@ DistanceResult compute_distances(device::Context& context, const Database& datab
         computation.submit(slot, last - first);
         context.check_validation();
         if (options.progress) {
-            options.progress(static_cast<double>(slab + 1) / static_cast<double>(result.plan.slabs));
+            options.progress(static_cast<double>(slab + 1) /
+                             static_cast<double>(result.plan.slabs));
         }
     }
     result.distances = computation.distances(seconds, database.grid().voxels());

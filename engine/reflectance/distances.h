@@ -45,8 +45,9 @@ struct DistanceResult {
 
 /// All pair distances of a database under several metrics, each material read once.
 ///
-/// The result does not depend on the slab size or the number of threads: float32 sums run over fixed
-/// blocks of kBlockVoxels voxels, and their float64 totals are added in the order of the voxels.
+/// The result does not depend on the slab size or the number of threads: float32 sums run over
+/// fixed blocks of kBlockVoxels voxels, and their float64 totals are added in the order of the
+/// voxels.
 DistanceResult compute_distances(device::Context& context, const Database& database,
                                  std::span<const Metric* const> metrics,
                                  const DistanceOptions& options = {});

@@ -41,7 +41,8 @@ Voxel Domain::voxel(std::uint64_t file_index) const {
     const std::uint64_t r = file_index % grid_.phi_d;
     const std::uint64_t s = file_index / grid_.phi_d % grid_.theta_d;
     const std::uint64_t t = file_index / grid_.phi_d / grid_.theta_d;
-    return combine(phi_d_[r], theta_d_[s], theta_h_[t], (static_cast<double>(t) + 0.5) / grid_.theta_h);
+    return combine(phi_d_[r], theta_d_[s], theta_h_[t],
+                   (static_cast<double>(t) + 0.5) / grid_.theta_h);
 }
 
 Voxel Domain::at(double m_r, double m_s, double m_t) {

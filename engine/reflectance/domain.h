@@ -24,7 +24,7 @@ constexpr std::uint64_t kMaxVoxels = 256ULL * 90 * 90 * 180;
 
 /// What a metric may know about a voxel, at its centre. Angles in radians.
 struct Voxel {
-    double theta_h = 0;      // half-difference angles (Rusinkiewicz 1998)
+    double theta_h = 0;  // half-difference angles (Rusinkiewicz 1998)
     double theta_d = 0;
     double phi_d = 0;
     double cos_theta_i = 0;  // SPEC equation 4.5
@@ -51,7 +51,8 @@ class Domain {
     struct Angle {
         double angle, sine, cosine;
     };
-    static Voxel combine(const Angle& phi_d, const Angle& theta_d, const Angle& theta_h, double m_t);
+    static Voxel combine(const Angle& phi_d, const Angle& theta_d, const Angle& theta_h,
+                         double m_t);
 
     Grid grid_;
     std::vector<Angle> phi_d_, theta_d_, theta_h_;

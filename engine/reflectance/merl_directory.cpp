@@ -24,19 +24,21 @@ class MerlDirectory final : public Database {
     explicit MerlDirectory(const std::filesystem::path& directory)
         : Database(directory.string(), "MERL directory"), entries_(list_merl_directory(directory)) {
         if (entries_.size() < 2) {
-            throw Error(Fault::input,
-                        fmt::format("{}: found {} .binary file{}; a scan needs at least two materials",
-                                    directory.string(), entries_.size(), entries_.size() == 1 ? "" : "s"));
+            throw Error(
+                Fault::input,
+                fmt::format("{}: found {} .binary file{}; a scan needs at least two materials",
+                            directory.string(), entries_.size(), entries_.size() == 1 ? "" : "s"));
         }
         for (const auto& entry : entries_) {
             const Grid grid = read_merl_header(entry.path);
             if (materials_.empty()) {
                 grid_ = grid;
             } else if (grid != grid_) {
-                throw Error(Fault::input, fmt::format("{}: the grid is {}; {} has {}, and all files of a "
-                                                      "database must have the same",
-                                                      entry.path.string(), grid.text(),
-                                                      entries_.front().path.string(), grid_.text()));
+                throw Error(Fault::input,
+                            fmt::format("{}: the grid is {}; {} has {}, and all files of a "
+                                        "database must have the same",
+                                        entry.path.string(), grid.text(),
+                                        entries_.front().path.string(), grid_.text()));
             }
             materials_.push_back(entry.material);
         }
@@ -69,8 +71,9 @@ std::vector<MerlEntry> list_merl_directory(const std::filesystem::path& director
             }
         }
     } catch (const std::filesystem::filesystem_error& error) {
-        throw Error(Fault::input, fmt::format("{}: cannot be read as a directory of .binary files: {}",
-                                              directory.string(), error.code().message()));
+        throw Error(Fault::input,
+                    fmt::format("{}: cannot be read as a directory of .binary files: {}",
+                                directory.string(), error.code().message()));
     }
     std::sort(entries.begin(), entries.end(), [](const MerlEntry& a, const MerlEntry& b) {
         return std::tie(a.material, a.path) < std::tie(b.material, b.path);

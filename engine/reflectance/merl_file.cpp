@@ -52,9 +52,10 @@ class File {
                 continue;
             }
             if (got <= 0) {
-                fail(got < 0 ? fmt::format("cannot be read at byte {}: {}", offset, std::strerror(errno))
-                             : fmt::format("ends at byte {} while it is read; it had {} bytes", offset,
-                                           bytes_));
+                fail(got < 0 ? fmt::format("cannot be read at byte {}: {}", offset,
+                                           std::strerror(errno))
+                             : fmt::format("ends at byte {} while it is read; it had {} bytes",
+                                           offset, bytes_));
             }
             offset += static_cast<std::uint64_t>(got);
             to = to.subspan(static_cast<std::size_t>(got));
@@ -82,45 +83,54 @@ Grid checked_header(const File& file) {
     std::uint64_t voxels = 1;
     for (const auto size : sizes) {
         if (size <= 0) {
-            file.fail(fmt::format("the header says {}; every size must be positive (MERL: 90 x 90 x "
-                                  "180)",
-                                  described));
+            file.fail(
+                fmt::format("the header says {}; every size must be positive (MERL: 90 x 90 x "
+                            "180)",
+                            described));
         }
         voxels *= static_cast<std::uint64_t>(size);  // three factors, each checked: no overflow
         if (voxels > kMaxVoxels) {
-            file.fail(fmt::format("the header says {}; at most {} voxels are supported (MERL: 90 x 90 "
-                                  "x 180)",
-                                  described, kMaxVoxels));
+            file.fail(
+                fmt::format("the header says {}; at most {} voxels are supported (MERL: 90 x 90 "
+                            "x 180)",
+                            described, kMaxVoxels));
         }
     }
     const std::uint64_t expected = kHeaderBytes + voxels * 3 * sizeof(double);
     if (file.bytes() != expected) {
         file.fail(fmt::format("has {} bytes; its header ({}) makes {}, so it is {}", file.bytes(),
-                              described, expected, file.bytes() < expected ? "truncated" : "over-long"));
+                              described, expected,
+                              file.bytes() < expected ? "truncated" : "over-long"));
     }
     return {static_cast<std::uint32_t>(sizes[0]), static_cast<std::uint32_t>(sizes[1]),
             static_cast<std::uint32_t>(sizes[2])};
 }
 
 /// Whether a number may be used: finite and not above kMaxReflectance (negative: not measured).
-bool acceptable(double value) { return value <= kMaxReflectance && value >= -kMaxReflectance; }
+bool acceptable(double value) {
+    return value <= kMaxReflectance && value >= -kMaxReflectance;
+}
 
 [[noreturn]] void fail_value(const File& file, const Grid& grid, std::size_t plane,
                              std::uint64_t index, double value) {
     constexpr std::array<const char*, 3> channels = {"red", "green", "blue"};
-    file.fail(fmt::format("{} of voxel theta_h {}, theta_d {}, phi_d {} is {}/sr; expected a finite "
-                          "number, at most {}",
-                          channels[plane], index / grid.phi_d / grid.theta_d,
-                          index / grid.phi_d % grid.theta_d, index % grid.phi_d, value, kMaxReflectance));
+    file.fail(
+        fmt::format("{} of voxel theta_h {}, theta_d {}, phi_d {} is {}/sr; expected a finite "
+                    "number, at most {}",
+                    channels[plane], index / grid.phi_d / grid.theta_d,
+                    index / grid.phi_d % grid.theta_d, index % grid.phi_d, value, kMaxReflectance));
 }
 
 }  // namespace
 
-Grid read_merl_header(const std::filesystem::path& path) { return checked_header(File(path)); }
+Grid read_merl_header(const std::filesystem::path& path) {
+    return checked_header(File(path));
+}
 
-void read_merl_samples(const std::filesystem::path& path, const Grid& grid, VoxelRange range,
-                       std::span<double> samples,
-                       const std::function<void(std::size_t plane, std::span<const std::byte>)>& raw) {
+void read_merl_samples(
+    const std::filesystem::path& path, const Grid& grid, VoxelRange range,
+    std::span<double> samples,
+    const std::function<void(std::size_t plane, std::span<const std::byte>)>& raw) {
     const File file(path);
     if (checked_header(file) != grid) {
         file.fail(fmt::format("changed while it was read; its grid was {}", grid.text()));
@@ -153,10 +163,11 @@ void write_merl_file(const std::filesystem::path& path, const Database& database
     const auto fail = [&](const char* what) {
         const int code = errno;
         std::remove(partial.c_str());
-        throw Error(Fault::output, fmt::format("{}: {}: {}", path.string(), what, std::strerror(code)));
+        throw Error(Fault::output,
+                    fmt::format("{}: {}: {}", path.string(), what, std::strerror(code)));
     };
-    std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(partial.c_str(), "wbe"),
-                                                         [](std::FILE* f) { return std::fclose(f); });
+    std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(
+        std::fopen(partial.c_str(), "wbe"), [](std::FILE* f) { return std::fclose(f); });
     if (!file) {
         fail("cannot be created");
     }

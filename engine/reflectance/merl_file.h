@@ -26,9 +26,10 @@ constexpr double kMerlNotMeasured = -1.0;
 Grid read_merl_header(const std::filesystem::path& path);
 
 /// As Database::read. The header is checked again to be still `grid`.
-void read_merl_samples(const std::filesystem::path& path, const Grid& grid, VoxelRange range,
-                       std::span<double> samples,
-                       const std::function<void(std::size_t plane, std::span<const std::byte>)>& raw);
+void read_merl_samples(
+    const std::filesystem::path& path, const Grid& grid, VoxelRange range,
+    std::span<double> samples,
+    const std::function<void(std::size_t plane, std::span<const std::byte>)>& raw);
 
 /// Writes one material of a database as a MERL file at `path`, which appears complete or not at
 /// all. Voxels below the horizon are stored as not measured. Throws Error (output).

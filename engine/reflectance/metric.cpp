@@ -23,13 +23,15 @@ std::string_view Metric::header(std::string_view key) const {
 
 const Metric& find_metric(std::string_view name) {
     const auto all = metrics();
-    const auto found = std::find_if(all.begin(), all.end(), [&](const Metric& m) { return m.name == name; });
+    const auto found =
+        std::find_if(all.begin(), all.end(), [&](const Metric& m) { return m.name == name; });
     if (found == all.end()) {
         std::string names;
         for (const auto& metric : all) {
             names += fmt::format("{}{}", names.empty() ? "" : ", ", metric.name);
         }
-        throw Error(Fault::usage, fmt::format("there is no metric \"{}\"; the metrics are: {}", name, names));
+        throw Error(Fault::usage,
+                    fmt::format("there is no metric \"{}\"; the metrics are: {}", name, names));
     }
     return *found;
 }

@@ -31,7 +31,8 @@ struct MetricTwin {
 struct Metric {
     std::string_view name;    // the file's name without extension
     std::string_view source;  // the text of the file
-    bool per_channel = false;  // declares a `degree`: h is a sum of homogeneous functions of channels
+    bool per_channel =
+        false;  // declares a `degree`: h is a sum of homogeneous functions of channels
     std::span<const std::uint32_t> prepare_spirv;
     std::span<const std::uint32_t> difference_spirv;
     MetricTwin twin;

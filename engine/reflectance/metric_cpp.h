@@ -5,9 +5,9 @@
 // shaders/lib/numerics.glsl in double precision, and `float` means double in what follows.
 
 #include <cmath>
-#include <glm/geometric.hpp>
 #include <glm/common.hpp>
 #include <glm/exponential.hpp>
+#include <glm/geometric.hpp>
 #include <glm/trigonometric.hpp>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
@@ -25,14 +25,18 @@ using vec2 = glm::dvec2;
 using vec3 = glm::dvec3;
 using vec4 = glm::dvec4;
 
-inline double cube_root(double x) { return std::cbrt(x); }
+inline double cube_root(double x) {
+    return std::cbrt(x);
+}
 
 inline double two_thirds_power(double d) {
     const double root = std::cbrt(d);
     return root * root;
 }
 
-inline vec3 to_vec3(const Rgb& rgb) { return {rgb[0], rgb[1], rgb[2]}; }
+inline vec3 to_vec3(const Rgb& rgb) {
+    return {rgb[0], rgb[1], rgb[2]};
+}
 
 }  // namespace merl::reflectance::glsl
 

@@ -12,7 +12,9 @@ namespace {
 constexpr std::uint64_t kSlabsForOverlap = 4;
 constexpr std::uint64_t kMaxMaterials = 65536;
 
-std::uint64_t divide_up(std::uint64_t a, std::uint64_t b) { return (a + b - 1) / b; }
+std::uint64_t divide_up(std::uint64_t a, std::uint64_t b) {
+    return (a + b - 1) / b;
+}
 
 std::string mebibytes(std::uint64_t bytes) {
     return fmt::format("{:.1f} MiB", static_cast<double>(bytes) / 1048576.0);
@@ -20,15 +22,17 @@ std::string mebibytes(std::uint64_t bytes) {
 
 }  // namespace
 
-SlabPlan plan_slabs(const device::Limits& limits, std::uint64_t memory_bytes, std::uint64_t materials,
-                    std::uint64_t voxels, std::span<const Metric* const> metrics) {
+SlabPlan plan_slabs(const device::Limits& limits, std::uint64_t memory_bytes,
+                    std::uint64_t materials, std::uint64_t voxels,
+                    std::span<const Metric* const> metrics) {
     const auto tiles_across = divide_up(materials, kTile);
     const auto tiles = tiles_across * (tiles_across + 1) / 2;
     if (materials > kMaxMaterials || tiles > limits.groups_x ||
         tiles_across * kTile > limits.groups_y) {
-        throw Error(Fault::device, fmt::format("{} materials are more than this device can pair: its "
-                                               "largest dispatch is {} x {} workgroups",
-                                               materials, limits.groups_x, limits.groups_y));
+        throw Error(Fault::device,
+                    fmt::format("{} materials are more than this device can pair: its "
+                                "largest dispatch is {} x {} workgroups",
+                                materials, limits.groups_x, limits.groups_y));
     }
     std::uint32_t block_texels = 0;
     for (const auto* metric : metrics) {
@@ -40,27 +44,29 @@ SlabPlan plan_slabs(const device::Limits& limits, std::uint64_t memory_bytes, st
                      .tiles = static_cast<std::uint32_t>(tiles)};
     const auto bytes_of = [&](std::uint64_t blocks) {
         plan.slab_blocks = static_cast<std::uint32_t>(blocks);
-        return 2 * (plan.samples_bytes() + plan.voxels_bytes() + metrics.size() * plan.sums_bytes()) +
+        return 2 * (plan.samples_bytes() + plan.voxels_bytes() +
+                    metrics.size() * plan.sums_bytes()) +
                plan.grid_bytes(block_texels);
     };
     const auto block_bytes = bytes_of(1);
     const auto largest = std::max({plan.samples_bytes(), plan.voxels_bytes(), plan.sums_bytes(),
                                    plan.grid_bytes(block_texels)});
-    const auto buffer_limit =
-        std::min({limits.storage_buffer_bytes, limits.allocation_bytes, limits.texel_buffer_texels * 16});
+    const auto buffer_limit = std::min(
+        {limits.storage_buffer_bytes, limits.allocation_bytes, limits.texel_buffer_texels * 16});
     if (largest > buffer_limit) {
         throw Error(Fault::device,
-                    fmt::format("{} materials need a buffer of {}, and this device allows {}", materials,
-                                mebibytes(largest), mebibytes(buffer_limit)));
+                    fmt::format("{} materials need a buffer of {}, and this device allows {}",
+                                materials, mebibytes(largest), mebibytes(buffer_limit)));
     }
     if (block_bytes > memory_bytes) {
-        throw Error(Fault::usage, fmt::format("--memory {} is too small: {} materials need at least {}",
-                                              mebibytes(memory_bytes), materials, mebibytes(block_bytes)));
+        throw Error(Fault::usage,
+                    fmt::format("--memory {} is too small: {} materials need at least {}",
+                                mebibytes(memory_bytes), materials, mebibytes(block_bytes)));
     }
     const auto all_blocks = std::max<std::uint64_t>(1, divide_up(voxels, kBlockVoxels));
-    const auto blocks = std::min({buffer_limit / largest, memory_bytes / block_bytes,
-                                  divide_up(all_blocks, kSlabsForOverlap),
-                                  std::uint64_t{limits.groups_y}});
+    const auto blocks =
+        std::min({buffer_limit / largest, memory_bytes / block_bytes,
+                  divide_up(all_blocks, kSlabsForOverlap), std::uint64_t{limits.groups_y}});
     plan.device_bytes = bytes_of(blocks);
     plan.slabs = divide_up(all_blocks, blocks);
     return plan;

@@ -38,7 +38,8 @@ struct SlabPlan {
 /// The largest slabs that stay within `memory_bytes` and every limit of the device, but at least
 /// four when there is enough to do, so that reading and computing overlap.
 /// Throws Error (usage) when one block does not fit in memory, (device) when a limit forbids it.
-SlabPlan plan_slabs(const device::Limits& limits, std::uint64_t memory_bytes, std::uint64_t materials,
-                    std::uint64_t voxels, std::span<const Metric* const> metrics);
+SlabPlan plan_slabs(const device::Limits& limits, std::uint64_t memory_bytes,
+                    std::uint64_t materials, std::uint64_t voxels,
+                    std::span<const Metric* const> metrics);
 
 }  // namespace merl::reflectance

@@ -44,14 +44,16 @@ void SlabReader::read(std::uint64_t first, std::uint64_t last, std::span<float> 
     });
 }
 
-void SlabReader::read_material(std::size_t material, VoxelRange file, std::span<const VoxelRun> runs,
-                               std::uint64_t first, std::span<float> samples, std::uint64_t stride) {
+void SlabReader::read_material(std::size_t material, VoxelRange file,
+                               std::span<const VoxelRun> runs, std::uint64_t first,
+                               std::span<float> samples, std::uint64_t stride) {
     thread_local std::vector<double> scratch;
     scratch.resize(3 * kReadVoxels);
     auto run = runs.begin();
     std::uint64_t done_of_run = 0;
     MaterialCounts counts;
-    const auto negatives = [](const double* r, const double* g, const double* b, std::uint64_t size) {
+    const auto negatives = [](const double* r, const double* g, const double* b,
+                              std::uint64_t size) {
         std::uint64_t count = 0;
         for (std::uint64_t i = 0; i < size; ++i) {
             count += static_cast<std::uint64_t>((r[i] < 0) | (g[i] < 0) | (b[i] < 0));
@@ -70,11 +72,12 @@ void SlabReader::read_material(std::size_t material, VoxelRange file, std::span<
             const std::uint64_t from = run->file_index + done_of_run - part.first;
             const std::uint64_t length =
                 std::min(run->length - done_of_run, part.last - part.first - from);
-            counts.negative_above_horizon += negatives(red + from, green + from, blue + from, length);
+            counts.negative_above_horizon +=
+                negatives(red + from, green + from, blue + from, length);
             for (std::size_t plane = 0; plane < 3; ++plane) {
                 const double* in = planes.data() + plane * part.size() + from;
-                float* out = samples.data() + (material * 3 + plane) * stride + (run->position - first) +
-                             done_of_run;
+                float* out = samples.data() + (material * 3 + plane) * stride +
+                             (run->position - first) + done_of_run;
                 for (std::uint64_t i = 0; i < length; ++i) {
                     out[i] = static_cast<float>(in[i] > 0 ? in[i] : 0.0);
                 }

@@ -13,7 +13,7 @@ namespace merl::reflectance {
 
 /// What reading a whole database found in one material.
 struct MaterialCounts {
-    std::uint64_t negative = 0;               // samples with at least one negative channel
+    std::uint64_t negative = 0;                // samples with at least one negative channel
     std::uint64_t negative_above_horizon = 0;  // of them, where a metric would have seen them
 };
 
@@ -26,8 +26,8 @@ class SlabReader {
     /// [material][channel][stride]; negative numbers become zero. Fills `geometry` with eight
     /// numbers a voxel (theta_h, theta_d, phi_d, s_merl, cos_theta_i, cos_theta_o, 0, 0).
     /// Slabs must come in order and without gaps; several threads share the work of one.
-    void read(std::uint64_t first, std::uint64_t last, std::span<float> samples, std::uint64_t stride,
-              std::span<float> geometry);
+    void read(std::uint64_t first, std::uint64_t last, std::span<float> samples,
+              std::uint64_t stride, std::span<float> geometry);
 
     /// After the last slab.
     const std::vector<MaterialCounts>& counts() const { return counts_; }

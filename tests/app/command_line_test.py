@@ -1,0 +1,87 @@
+"""merl-scan itself: help, version, and options that are wrong."""
+
+import unittest
+
+import support
+from support import USAGE, Case, write_database
+
+COMMANDS = [], ["scan"], ["devices"], ["database"], ["database", "info"], ["database", "write"], \
+    ["verify"], ["slices"]  # fmt: skip
+
+
+class Help(Case):
+    def test_every_command_has_examples(self):
+        for command in COMMANDS:
+            with self.subTest(command):
+                output = self.assert_success(*command, "--help")
+                self.assertIn("Usage: merl-scan", output)
+                self.assertRegex(output, r"Examples:\n  merl-scan ")
+
+    def test_help_of_scan_names_every_option(self):
+        output = self.assert_success("scan", "--help")
+        for option in ("--database", "--out", "--metrics", "--select", "--per-material", "--device",
+                       "--disagreements", "--memory", "--threads", "--force", "--quiet"):  # fmt: skip
+            self.assertIn(option, output)
+
+    def test_version(self):
+        self.assertRegex(self.assert_success("--version"), r"^\d+\.\d+\.\d+\n$")
+
+
+class Usage(Case):
+    def assert_usage(self, words, *arguments):
+        self.assert_refused(USAGE, words, *arguments)
+
+    def test_no_or_unknown_command(self):
+        self.assert_usage(["subcommand"])
+        self.assert_usage(["subcommand"], "database")
+        self.assert_usage(["scna"], "scna")
+        self.assert_usage(["infos"], "database", "infos")
+
+    def test_unknown_option(self):
+        for command in COMMANDS:
+            with self.subTest(command):
+                self.assert_usage(["--colour"], *command, "--colour")
+        self.assert_usage(["stray"], "scan", "stray")
+
+    def test_missing_value(self):
+        self.assert_usage(["--out"], "slices")
+        self.assert_usage(["directory"], "database", "write")
+        self.assert_usage(["--select"], "scan", "--select")
+
+
+class ScanOptions(Case):
+    def setUp(self):
+        super().setUp()
+        write_database(self.work / "db", 2)
+
+    def assert_usage(self, words, *options):
+        with self.subTest(options):
+            self.assert_refused(USAGE, words, "scan", "--database", "db", *options)
+
+    def test_metrics(self):
+        for two in "rmse", "rmse,rmse", "rmse,", "":
+            self.assert_usage(["two", "metrics"], "--metrics", two)
+        self.assert_usage(["--metrics", "2", "3"], "--metrics", "rmse,cwcbrt,pawcielab")
+        self.assert_usage(["rmsee", "cosine-rmse, cwcbrt, pawcielab, rmse"], "--metrics", "rmsee,rmse")
+        self.assert_usage(["RMSE"], "--metrics", "cwcbrt,RMSE")
+
+    def test_numbers(self):
+        for option in "--select", "--per-material", "--disagreements", "--threads":
+            for value in "-1", "many", "1.5", "", "99999999999999999999":
+                self.assert_usage([option, value], option, value)
+        self.assert_usage(["--threads", "0"], "--threads", "0")
+
+    def test_memory(self):
+        for value in "lots", "-1", "1X", "", "1.5.5M", "99999999999999999999", "20E":
+            self.assert_usage(["--memory"], "--memory", value)
+        for value in "0", "1K", "1", "100K":
+            self.assert_usage(["--memory", "too small", "at least"], "--memory", value)
+
+    def test_names_that_are_empty(self):
+        # As of a variable of the shell that is not set.
+        self.assert_usage(["--database"], "--database", "")
+        self.assert_usage(["--out"], "--out", "")
+
+
+if __name__ == "__main__":
+    support.main()

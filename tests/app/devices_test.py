@@ -1,0 +1,48 @@
+"""merl-scan devices, and the choice of a device."""
+
+import support
+from support import DEVICE, Case, read_json, write_database
+
+NO_DRIVER = {"VK_ICD_FILENAMES": "/nowhere.json", "VK_DRIVER_FILES": "/nowhere.json"}
+
+
+class Devices(Case):
+    def setUp(self):
+        super().setUp()
+        write_database(self.work / "db", 2)
+
+    def assert_device_refused(self, words, *options, **changes):
+        self.assert_refused(DEVICE, words, "scan", "--database", "db", *options, **changes)
+
+    def test_lavapipe_is_listed_and_can_be_used(self):
+        output = self.assert_success("devices")
+        self.assertRegex(output, r"(?m)^0: llvmpipe .*\n   CPU, Vulkan 1\.\d+.*\n   can be used: ")
+
+    def test_choice_by_number_or_part_of_the_name(self):
+        for choice in "0", "llvmpipe", "LLVM", "":
+            results = self.scan("--database", "db", "--device", choice, out=f"out-{choice}")
+            self.assertIn("llvmpipe", read_json(results / "summary.json")["device"]["name"])
+
+    def test_unknown_device(self):
+        for choice in "GeForce", "1", "-1", "00", "99999999999999999999":
+            with self.subTest(choice):
+                self.assert_device_refused([f'"{choice}"', "0: llvmpipe"], "--device", choice)
+        self.assert_refused(DEVICE, ["GeForce", "llvmpipe"], "verify", "--device", "GeForce")
+
+    def test_no_driver(self):
+        words = ["no Vulkan driver", "mesa-vulkan-drivers"]
+        self.assert_device_refused(words, **NO_DRIVER)
+        self.assert_device_refused(words, "--device", "0", **NO_DRIVER)
+        self.assert_refused(DEVICE, words, "verify", **NO_DRIVER)
+        result = self.run_program("devices", **NO_DRIVER)
+        self.assertEqual(result.returncode, DEVICE)
+        for word in words:
+            self.assertIn(word, self.only_line(result.stdout + result.stderr))
+
+    def test_no_device_is_needed_for_files_and_images(self):
+        self.assert_success("database", "info", "db", **NO_DRIVER)
+        self.assert_success("slices", "--out", "slices", **NO_DRIVER)
+
+
+if __name__ == "__main__":
+    support.main()

@@ -1,0 +1,207 @@
+"""Where results go: complete or not at all, whatever happens."""
+
+import os
+import pty
+import shutil
+import signal
+import subprocess
+
+import support
+from support import INPUT, OUTPUT, USAGE, Case, read_csv, read_json, tree, write_database
+
+
+class Directory(Case):
+    def setUp(self):
+        super().setUp()
+        write_database(self.work / "db", 5)
+
+    def assert_output_refused(self, words, out, *options):
+        self.assert_refused(OUTPUT, words, "scan", "--database", "db", "--out", out, *options)
+
+    def test_existing_directory(self):
+        (self.work / "there").mkdir()
+        self.assert_output_refused(["there", "exists", "--force"], "there")
+        self.assert_output_refused(["there", "exists", "--force"], "there/")
+        (self.work / "link").symlink_to("there")
+        self.assert_output_refused(["link", "exists", "--force"], "link")
+        self.assert_output_refused(["exists"], ".")
+        self.assert_output_refused(["exists"], "/")
+
+    def test_existing_file(self):
+        (self.work / "file").write_text("mine")
+        (self.work / "dangling").symlink_to("nowhere")
+        for name in "file", "dangling":
+            self.assert_output_refused([name, "not a directory"], name)
+            self.assert_output_refused([name, "not a directory"], name, "--force")
+
+    def test_impossible_places(self):
+        (self.work / "file").touch()
+        self.assert_output_refused(["file/x", "Not a directory"], "file/x")
+        self.assert_output_refused(["no/x", "No such file"], "no/x")
+        self.assert_output_refused(["no/x", "No such file"], "no/x", "--force")
+        self.assert_output_refused(["x" * 250, "too long"], "x" * 250)
+        self.assert_output_refused(["/proc/x"], "/proc/x")
+
+    def test_spelling_of_the_path(self):
+        for out in "one", "two/", "./three", "db/../four", self.work / "five", "six seven", "-":
+            results = self.scan("--database", "db", out=out)
+            self.assertEqual(sorted(p.name for p in results.iterdir()), support.RESULTS)
+        self.assertEqual(list(self.work.glob(".*")), [])
+
+    def test_permissions_are_those_of_a_new_directory(self):
+        results = self.scan("--database", "db")
+        usual = self.work / "usual"
+        usual.mkdir()
+        self.assertEqual(results.stat().st_mode, usual.stat().st_mode)
+
+    def test_force_replaces_all_results_and_nothing_else(self):
+        write_database(self.work / "other", 3)
+        expected = self.scan("--database", "other", "--disagreements", 1, out="expected")
+        results = self.scan("--database", "db")
+        (results / "notes.txt").write_text("mine")
+        (results / "more").mkdir()
+        self.scan("--database", "other", "--disagreements", 1, "--force")
+        self.assertEqual(sorted(p.name for p in results.iterdir()),
+                         sorted([*support.RESULTS, "notes.txt", "more"]))  # fmt: skip
+        for table in "pairs.csv", "disagreements.csv", "selection.csv":
+            self.assertEqual((results / table).read_bytes(), (expected / table).read_bytes())
+        self.assertEqual(read_json(results / "summary.json")["materials"], 3)
+        self.assertEqual((results / "notes.txt").read_text(), "mine")
+
+    def test_force_without_a_directory(self):
+        self.assertEqual(len(list(self.scan("--database", "db", "--force").iterdir())), 4)
+
+    def test_force_through_a_symbolic_link(self):
+        (self.work / "real").mkdir()
+        (self.work / "out").symlink_to("real")
+        self.scan("--database", "db", "--force")
+        self.assertEqual(sorted(os.listdir(self.work / "real")), support.RESULTS)
+        self.assertTrue((self.work / "out").is_symlink())
+
+    def test_a_scan_that_fails_replaces_nothing(self):
+        self.scan("--database", "db")
+        (self.work / "db" / "m03.binary").write_bytes(b"")
+        self.assert_refused(INPUT, ["m03.binary"], "scan", "--database", "db", "--out", "out",
+                            "--force")  # fmt: skip
+        self.assert_refused(USAGE, ["nope"], "scan", "--metrics", "nope,rmse", "--out", "out",
+                            "--force")  # fmt: skip
+
+    def test_results_that_cannot_be_replaced_stay_as_they_are(self):
+        results = self.scan("--database", "db")
+        (results / "selection.csv").unlink()
+        (results / "selection.csv").mkdir()
+        (results / "selection.csv" / "notes.txt").write_text("mine")
+        self.assert_output_refused(["out"], "out", "--force")
+
+    def test_standard_output_closed(self):
+        result = self.run_program("scan", "--database", "db", "--out", "open")
+        self.assertEqual(result.returncode, support.SUCCESS)
+        command = f'"{support.PROGRAM}" scan --database db --out closed <&- >&- 2>&-'
+        self.assertEqual(os.waitstatus_to_exitcode(os.system(f"cd '{self.work}' && {command}")), 0)
+        for table in "pairs.csv", "disagreements.csv", "selection.csv":
+            self.assertEqual((self.work / "open" / table).read_bytes(),
+                             (self.work / "closed" / table).read_bytes())  # fmt: skip
+
+    def test_tables_on_a_full_standard_output(self):
+        for command in ["devices"], ["database", "info", "db"], ["scan", "--help"]:
+            with self.subTest(command), open("/dev/full", "w", encoding="utf-8") as full:
+                process = subprocess.run([support.PROGRAM, *command], cwd=self.work,
+                                         stdout=full, check=False)  # fmt: skip
+                self.assertEqual(process.returncode, OUTPUT)
+
+
+class FullDisk(Case):
+    def setUp(self):
+        super().setUp()
+        write_database(self.work / "db", 13)  # disagreements.csv takes more than 100 KiB
+
+    def test_nothing_is_left(self):
+        disk = support.mount(self, "64k")
+        self.assert_refused(OUTPUT, ["full/out/disagreements.csv", "No space left"],
+                            "scan", "--database", "db", "--out", disk / "out")  # fmt: skip
+
+    def test_not_even_the_first_table(self):
+        disk = support.mount(self, "4k")
+        self.assert_refused(OUTPUT, ["full/out/pairs.csv", "No space left"],
+                            "scan", "--database", "db", "--out", disk / "out")  # fmt: skip
+
+    def test_old_results_stay(self):
+        disk = support.mount(self, "64k")
+        self.scan("--database", "db", "--disagreements", 0, out=disk / "out")
+        self.assert_refused(OUTPUT, ["full/out/disagreements.csv", "No space left"], "scan",
+                            "--database", "db", "--out", disk / "out", "--force")  # fmt: skip
+
+    def test_force_on_a_disk_of_its_own(self):
+        disk = support.mount(self, "1m")
+        for number in 3, 7:
+            self.scan("--database", "db", "--disagreements", number, "--force", out=disk)
+            self.assertEqual(sorted(os.listdir(disk)), support.RESULTS)
+            self.assertEqual(len(read_csv(disk / "disagreements.csv")[1]), number)
+
+
+class Stopped(Case):
+    """A scan of the built-in database takes long enough to be stopped in the middle."""
+
+    def assert_stopped(self, stop_signal):
+        with support.Running(self, "scan", "--out", "out") as running:
+            running.wait_for_partial()
+            running.wait_for(lambda: running.seconds() > 2)  # so that progress would be shown
+            errors = running.stop(stop_signal)
+        self.assertIn("interrupted", self.only_line(errors))
+        self.assertEqual(list(self.work.iterdir()), [])
+
+    def test_ctrl_c(self):
+        self.assert_stopped(signal.SIGINT)
+
+    def test_terminate(self):
+        self.assert_stopped(signal.SIGTERM)
+
+    def test_terminal_closed(self):
+        self.assert_stopped(signal.SIGHUP)
+
+    def test_old_results_stay(self):
+        write_database(self.work / "db", 3)
+        results = self.scan("--database", "db")
+        before = tree(results)
+        shutil.rmtree(self.work / "db")
+        with support.Running(self, "scan", "--out", "out", "--force") as running:
+            running.wait_for_partial()
+            running.stop(signal.SIGINT)
+        self.assertEqual(tree(results), before)
+        self.assertEqual(list(self.work.iterdir()), [results])
+
+    def on_terminal(self, until, *options):
+        """What a scan shows on a terminal that is stopped as soon as that holds `until`, or after
+        three seconds without it."""
+        terminal, other_end = pty.openpty()
+        os.set_blocking(terminal, False)
+        shown = bytearray()
+
+        def look():
+            try:
+                shown.extend(os.read(terminal, 4096))
+            except BlockingIOError:
+                pass
+            return until in shown if until else running.seconds() > 3
+
+        with support.Running(self, "scan", *options, stderr=other_end) as running:
+            running.wait_for(look)
+            running.stop(signal.SIGINT)
+            look()
+        os.close(terminal)
+        os.close(other_end)
+        return shown.decode()
+
+    def test_progress_on_a_terminal(self):
+        shown = self.on_terminal(b" left")
+        self.assertRegex(shown, r"\d+ %, about \d+ s left")
+        # The line is cleared before the last words.
+        self.assertRegex(shown, r"\r\x1b\[K(merl-scan: )?interrupted; nothing was written\r\n$")
+
+    def test_quiet_on_a_terminal(self):
+        shown = self.on_terminal(None, "--quiet")
+        self.assertEqual(shown, "merl-scan: interrupted; nothing was written\r\n")
+
+
+if __name__ == "__main__":
+    support.main()

@@ -1,0 +1,378 @@
+"""merl-scan scan on databases that it can use: what it computes, writes and prints."""
+
+import math
+import shutil
+
+import reference
+import support
+from support import GRID, Case, read_csv, read_json, samples, tree, write_database
+
+CONFIGURATION = ["left_1", "left_2", "right_1", "right_2"]
+HEADER = CONFIGURATION + [
+    "cwcbrt_left", "cwcbrt_right", "pawcielab_left", "pawcielab_right", "agreement",
+]  # fmt: skip
+
+
+def pairs_of(results):
+    """The rows of pairs.csv as (name, name, d1, d2)."""
+    return [(a, b, float(d1), float(d2)) for a, b, d1, d2 in read_csv(results / "pairs.csv")[1]]
+
+
+def flat(configurations):
+    """Configurations as the rows of disagreements.csv have them, numbers as numbers."""
+    return [
+        [*left[:2], *right[:2], left[2], right[2], left[3], right[3], agreement]
+        for left, right, agreement in configurations
+    ]
+
+
+def numbers_in(rows, first):
+    """Rows with the fields from `first` on as numbers."""
+    return [row[:first] + [float(x) for x in row[first:]] for row in rows]
+
+
+class ScanCase(Case):
+    def assert_distances(self, results, metrics, materials, grid=GRID):
+        pairs = pairs_of(results)
+        for column, metric in enumerate(metrics, start=2):
+            expected = reference.distances(metric, materials, grid)
+            self.assertEqual(len(pairs), len(expected))
+            for pair, distance in zip(pairs, expected):
+                self.assertLess(abs(pair[column] / distance - 1), 2e-6, (metric, pair, distance))
+
+    def assert_decisions(self, results, select=100, per_material=10):
+        """disagreements.csv, selection.csv and summary.json follow from pairs.csv."""
+        pairs = pairs_of(results)
+        ranked = reference.disagreements(pairs)
+        written = numbers_in(read_csv(results / "disagreements.csv")[1], 4)
+        self.assertEqual(written, flat(ranked))
+        chosen = flat(reference.selection(ranked, select, per_material))
+        written = numbers_in(read_csv(results / "selection.csv")[1], 5)
+        self.assertEqual(written, [[str(n), *row] for n, row in enumerate(chosen, start=1)])
+        summary = read_json(results / "summary.json")
+        self.assertEqual(summary["pairs"], len(pairs))
+        self.assertEqual(summary["configurations"], len(pairs) * (len(pairs) - 1) // 2)
+        self.assertEqual(summary["disagreements"], len(ranked))
+        self.assertEqual(summary["disagreements_written"], len(ranked))
+        self.assertEqual(summary["selection"]["configurations"], len(chosen))
+        return summary
+
+
+class Scan(ScanCase):
+    def test_thirteen_materials(self):
+        database = write_database(self.work / "db", 13)
+        results = self.scan("--database", "db", "--quiet")
+        self.assertEqual(sorted(p.name for p in results.iterdir()), support.RESULTS)
+
+        header, rows = read_csv(results / "pairs.csv")
+        self.assertEqual(header, ["material_1", "material_2", "cwcbrt", "pawcielab"])
+        names = sorted(p.stem for p in database.iterdir())
+        expected = [[a, b] for i, a in enumerate(names) for b in names[i + 1 :]]
+        self.assertEqual([row[:2] for row in rows], expected)
+        self.assertEqual(read_csv(results / "disagreements.csv")[0], HEADER)
+        self.assertEqual(read_csv(results / "selection.csv")[0], ["rank", *HEADER])
+        for file in results.glob("*.csv"):
+            self.assertNotIn(b"\r", file.read_bytes())
+
+        self.assert_distances(results, ["cwcbrt", "pawcielab"], [samples(i) for i in range(13)])
+        summary = self.assert_decisions(results)
+        self.assertEqual(summary["materials"], 13)
+        self.assertEqual((summary["pairs"], summary["configurations"]), (78, 3003))
+        self.assertEqual(summary["rate"], summary["disagreements"] / 3003)
+        self.assertEqual(summary["metrics"], ["cwcbrt", "pawcielab"])
+
+    def test_the_other_metrics_name_and_fill_the_columns(self):
+        write_database(self.work / "db", 5)
+        results = self.scan("--database", "db", "--metrics", "rmse,cosine-rmse")
+        header, _ = read_csv(results / "pairs.csv")
+        self.assertEqual(header, ["material_1", "material_2", "rmse", "cosine-rmse"])
+        columns = ["rmse_left", "rmse_right", "cosine-rmse_left", "cosine-rmse_right", "agreement"]
+        header, _ = read_csv(results / "disagreements.csv")
+        self.assertEqual(header, CONFIGURATION + columns)
+        header, _ = read_csv(results / "selection.csv")
+        self.assertEqual(header, ["rank", *CONFIGURATION, *columns])
+        self.assert_distances(results, ["rmse", "cosine-rmse"], [samples(i) for i in range(5)])
+        self.assert_decisions(results)
+
+    def test_the_first_metric_orients(self):
+        write_database(self.work / "db", 5)
+        for metrics in "rmse,pawcielab", "pawcielab,rmse":
+            results = self.scan("--database", "db", "--metrics", metrics, out=metrics)
+            self.assertEqual(read_json(results / "summary.json")["metrics"], metrics.split(","))
+            self.assert_decisions(results)
+
+    def test_several_blocks(self):
+        grid = (30, 30, 40)
+        materials = {f"m{i}": samples(i, grid) for i in range(3)}
+        write_database(self.work / "db", materials, grid)
+        results = self.scan("--database", "db")
+        self.assert_distances(results, ["cwcbrt", "pawcielab"], materials.values(), grid)
+
+    def test_awkward_grids(self):
+        for grid in (1, 1, 1), (7, 5, 3), (1, 1, 1025), (2, 41, 25):
+            materials = {f"m{i}": samples(i, grid) for i in range(3)}
+            name = "x".join(map(str, grid))
+            write_database(self.work / name, materials, grid)
+            results = self.scan("--database", name, out=f"of-{name}")
+            self.assert_distances(results, ["cwcbrt", "pawcielab"], materials.values(), grid)
+
+    def test_two_materials_have_one_pair_and_no_configuration(self):
+        write_database(self.work / "db", 2)
+        output = self.assert_success("scan", "--database", "db", "--out", "out")
+        self.assertRegex(output, r"(?m)^configurations +0$")
+        summary = self.assert_decisions(self.work / "out")
+        self.assertEqual((summary["pairs"], summary["configurations"]), (1, 0))
+        self.assertEqual((summary["disagreements"], summary["rate"]), (0, 0))
+
+    def test_identical_materials_tie_exactly(self):
+        materials = {"a": samples(0), "b": samples(0), "c": samples(0)}
+        materials.update({f"m{i}": samples(i) for i in range(1, 11)})
+        write_database(self.work / "db", materials)
+        results = self.scan("--database", "db")
+        distance = {row[:2]: row[2:] for row in pairs_of(results)}
+        self.assertEqual(distance["a", "b"], (0, 0))
+        for name in materials:
+            if name.startswith("m"):
+                self.assertEqual(distance["a", name], distance["b", name])
+        summary = self.assert_decisions(results)
+        # Among the three pairs that are zero, and among the three that each other material has.
+        self.assertEqual(summary["counts"]["tied_in_both"], 3 + 10 * 3)
+
+    def test_nothing_but_identical_materials(self):
+        write_database(self.work / "db", {name: samples(0) for name in "abcde"})
+        summary = self.assert_decisions(self.scan("--database", "db"))
+        self.assertEqual((summary["disagreements"], summary["rate"]), (0, 0))
+        self.assertIsNone(summary["strongest_disagreement"])
+
+    def test_near_duplicates_are_off_by_no_more_than_float32_samples(self):
+        one = samples(0)
+        other = [x * (1 + 1e-5 * math.sin(k)) for k, x in enumerate(one)]
+        write_database(self.work / "db", {"a": one, "b": other})
+        results = self.scan("--database", "db", "--metrics", "rmse,cosine-rmse")
+        black = [0] * len(one)
+        for metric, actual in zip(["rmse", "cosine-rmse"], pairs_of(results)[0][2:]):
+            expected, magnitude, _ = reference.distances(metric, [one, other, black], GRID)
+            # Half a unit in the last place of every sample of both, by the triangle inequality.
+            self.assertLess(abs(actual - expected), 2 * 2**-24 * magnitude + 2e-6 * expected)
+
+
+class Negatives(ScanCase):
+    def test_they_count_as_zero_and_are_counted(self):
+        count = support.voxels(GRID)
+        visited = reference.above_horizon(GRID)
+        below = sorted(set(range(count)) - set(visited))
+        materials = {f"m{i}": samples(i) for i in range(4)}
+        for plane in range(3):  # a whole triple
+            materials["m1"][plane * count + visited[0]] = -1
+        materials["m2"][count + visited[5]] = -1e-9  # one channel
+        materials["m2"][2 * count + visited[-1]] = -3e5
+        for voxel in below[:10]:
+            materials["m3"][voxel] = -1
+        write_database(self.work / "db", materials)
+        results = self.scan("--database", "db")
+        self.assert_distances(results, ["cwcbrt", "pawcielab"], materials.values())
+        summary = read_json(results / "summary.json")
+        self.assertEqual(summary["negative_samples"], {"m0": 0, "m1": 1, "m2": 2, "m3": 10})
+        self.assertEqual(summary["negative_samples_above_horizon"],
+                         {"m0": 0, "m1": 1, "m2": 2, "m3": 0})  # fmt: skip
+        self.assertEqual(summary["samples_per_material"], count)
+        self.assertEqual(summary["samples_above_horizon"], len(visited))
+
+    def test_what_is_below_the_horizon_does_not_matter(self):
+        visited = set(reference.above_horizon(GRID))
+        materials = {f"m{i}": samples(i) for i in range(3)}
+        write_database(self.work / "db", materials)
+        before = (self.scan("--database", "db") / "pairs.csv").read_bytes()
+        for numbers in materials.values():
+            for index in range(len(numbers)):
+                if index % support.voxels(GRID) not in visited:
+                    numbers[index] = -1.0 if index % 2 else 1e9
+        write_database(self.work / "other", materials)
+        after = (self.scan("--database", "other", out="after") / "pairs.csv").read_bytes()
+        self.assertEqual(before, after)
+
+
+class Options(ScanCase):
+    def setUp(self):
+        super().setUp()
+        write_database(self.work / "db", 13)
+
+    def test_disagreements_keeps_the_strongest(self):
+        all_of_them = read_csv(self.scan("--database", "db") / "disagreements.csv")[1]
+        for number in 0, 1, 7, len(all_of_them), len(all_of_them) + 1:
+            results = self.scan("--database", "db", "--disagreements", number, out=f"out{number}")
+            header, rows = read_csv(results / "disagreements.csv")
+            self.assertEqual(header, HEADER)
+            self.assertEqual(rows, all_of_them[:number])
+            summary = read_json(results / "summary.json")
+            self.assertEqual(summary["disagreements"], len(all_of_them))
+            self.assertEqual(summary["disagreements_written"], len(rows))
+
+    def test_select_and_per_material(self):
+        for select, per_material in (0, 10), (3, 10), (100, 0), (100, 1), (20, 3), (5000, 5000):
+            results = self.scan("--database", "db", "--select", select, "--per-material",
+                                per_material, out=f"out{select}-{per_material}")  # fmt: skip
+            options = self.assert_decisions(results, select, per_material)["options"]
+            self.assertEqual((options["select"], options["per_material"]), (select, per_material))
+
+    def test_quiet_prints_nothing(self):
+        self.assertEqual(self.assert_success("scan", "--database", "db", "--quiet"), "")
+        self.assertTrue((self.work / "merl-scan-results").is_dir())  # the documented default
+
+    def test_a_large_database_is_refused_all_its_disagreements(self):
+        write_database(self.work / "large", {f"m{i}": samples(i, (2, 1, 1)) for i in range(400)},
+                       (2, 1, 1))  # fmt: skip
+        self.assert_refused(support.USAGE, ["disagreements", "--disagreements"],
+                            "scan", "--database", "large")  # fmt: skip
+        self.scan("--database", "large", "--disagreements", 5)
+
+
+class Summary(ScanCase):
+    def setUp(self):
+        super().setUp()
+        write_database(self.work / "db", 13)
+        self.output = self.assert_success("scan", "--database", "db", "--out", "out")
+        self.summary = read_json(self.work / "out" / "summary.json")
+
+    def printed(self, name):
+        lines = [x.removeprefix(name).strip() for x in self.output.splitlines() if x.startswith(name)]
+        self.assertEqual(len(lines), 1, name)
+        return lines[0]
+
+    def test_what_is_printed(self):
+        s = self.summary
+        self.assertIn("db", self.printed("database"))
+        self.assertIn("MERL directory", self.printed("database"))
+        self.assertTrue(self.printed("materials").startswith("13,"))
+        self.assertEqual(self.printed("pairs"), "78")
+        self.assertEqual(self.printed("configurations"), "3,003")
+        self.assertEqual(self.printed("disagreements"),
+                         f"{s['disagreements']:,} ({100 * s['rate']:.2f} %)")  # fmt: skip
+        strongest = s["strongest_disagreement"]
+        for name in *strongest["left"], *strongest["right"], f"{strongest['agreement']:.6f}":
+            self.assertIn(name, self.printed("strongest"))
+        first, last = s["selection"]["agreement_range"]
+        self.assertIn(f"{first:.6f} to {last:.6f}", self.printed("selection"))
+        self.assertIn("llvmpipe", self.printed("device"))
+        for stage in "device", "distances", "count", "select", "list", "write":
+            self.assertIn(stage, self.printed("seconds"))
+        self.assertEqual(self.printed("results"), "out")
+
+    def test_what_a_machine_reads(self):
+        s = self.summary
+        ranked = reference.disagreements(pairs_of(self.work / "out"))
+        left, right, agreement = ranked[0]
+        self.assertEqual(s["strongest_disagreement"],
+                         {"left": list(left[:2]), "right": list(right[:2]), "agreement": agreement})  # fmt: skip
+        chosen = reference.selection(ranked, 100, 10)
+        self.assertEqual(s["selection"]["agreement_range"], [chosen[0][2], chosen[-1][2]])
+        self.assertEqual(s["program"]["name"], "merl-scan")
+        self.assertRegex(s["program"]["version"], r"^\d+\.\d+\.\d+$")
+        self.assertEqual((s["database"]["name"], s["database"]["kind"]), ("db", "MERL directory"))
+        self.assertRegex(s["database"]["content_hash"], r"^[0-9a-f]{32}$")
+        self.assertEqual(list(s["database"]["grid"].values()), list(GRID))
+        self.assertEqual(list(s["negative_samples"].values()), [0] * 13)
+        self.assertEqual(s["options"]["disagreements"], "all")
+        self.assertEqual(s["options"]["memory_bytes"], 2**30)
+        self.assertIn("llvmpipe", s["device"]["name"])
+        self.assertTrue(s["device"]["driver"])
+        stages = dict(s["seconds"])
+        total = stages.pop("total")
+        self.assertLessEqual({"distances", "count", "select", "list", "write"}, set(stages))
+        self.assertTrue(math.isclose(total, sum(stages.values())), s["seconds"])
+
+    def test_counts_add_up(self):
+        counts = dict(self.summary["counts"])
+        self.assertIn("streaming", counts.pop("counted_by"))
+        self.assertEqual(sum(counts.values()), self.summary["configurations"])
+
+
+class Names(ScanCase):
+    NAMES = ["a b", " ", "comma,comma", 'say "x"', '"', "\u6771\u4eac-\u00e9", "two\nlines", "cr\r",
+             "=1+1", "x.y", "-", "tab\t", "it's", "\\", "\x1b[31m"]  # fmt: skip
+
+    def test_names_are_data(self):
+        write_database(self.work / "db", {n: samples(i) for i, n in enumerate(self.NAMES)})
+        results = self.scan("--database", "db")
+        names = sorted(self.NAMES, key=lambda n: n.encode())
+        pairs = pairs_of(results)
+        self.assertEqual([p[:2] for p in pairs],
+                         [(a, b) for i, a in enumerate(names) for b in names[i + 1 :]])  # fmt: skip
+        summary = self.assert_decisions(results)
+        self.assertEqual(list(summary["negative_samples"]), names)
+        quoted = (results / "pairs.csv").read_bytes()
+        self.assertIn(b'"say ""x"""', quoted)
+        self.assertIn(b'"comma,comma"', quoted)
+        self.assertIn(b'"two\nlines"', quoted)
+
+    def test_bytewise_order_without_the_extension(self):
+        names = ["chrome-steel", "chrome", "Chrome", "chrome.x", "chromeX"]
+        write_database(self.work / "db", {n: samples(i) for i, n in enumerate(names)})
+        (self.work / "db" / "chromeX.binary").rename(self.work / "db" / "chromeX.BINARY")
+        (self.work / "db" / "notes.txt").write_text("not a material")
+        (self.work / "db" / ".hidden.binary").write_text("neither")
+        pairs = pairs_of(self.scan("--database", "db"))
+        self.assertEqual([p[1] for p in pairs[:4]], ["chrome", "chrome-steel", "chrome.x", "chromeX"])
+
+    def test_names_that_are_no_utf8(self):
+        names = ["a\udcff", "b", "\udcfe"]
+        write_database(self.work / "db", {n: samples(i) for i, n in enumerate(names)})
+        results = self.scan("--database", "db")
+        self.assertEqual([p[:2] for p in pairs_of(results)],
+                         [("a\udcff", "b"), ("a\udcff", "\udcfe"), ("b", "\udcfe")])  # fmt: skip
+        self.assertEqual(read_json(results / "summary.json")["materials"], 3)
+
+
+class SameNumbers(ScanCase):
+    """Results do not depend on how the work was cut."""
+
+    GRID = (30, 30, 40)  # about 27 blocks of 1024 voxels above the horizon
+
+    def setUp(self):
+        super().setUp()
+        write_database(self.work / "db", 4, self.GRID)
+        self.first = self.scan("--database", "db", "--threads", 1)
+
+    def assert_same(self, *options, out):
+        results = self.scan("--database", "db", *options, out=out)
+        for table in "pairs.csv", "selection.csv", "disagreements.csv":
+            self.assertEqual((results / table).read_bytes(), (self.first / table).read_bytes())
+        summary = read_json(results / "summary.json")
+        first = read_json(self.first / "summary.json")
+        self.assertEqual(summary["database"], first["database"])
+        return summary
+
+    def test_threads(self):
+        self.assert_same("--threads", 2, out="two")
+        self.assertEqual(self.assert_same("--threads", 7, out="seven")["options"]["threads"], 7)
+
+    def test_memory(self):
+        slabs = set()
+        for memory in "400K", "700k", "1MB", "8M", "4G", 500000:
+            summary = self.assert_same("--memory", memory, out=f"memory-{memory}")
+            slabs.add(summary["device"]["slabs"])
+            self.assertLessEqual(summary["device"]["peak_bytes"], summary["options"]["memory_bytes"])
+        self.assertGreaterEqual(len(slabs), 3, slabs)
+
+    def test_content_hash(self):
+        def content_hash(directory):
+            results = self.scan("--database", directory, "--force", out="again")
+            return read_json(results / "summary.json")["database"]["content_hash"]
+
+        expected = content_hash("db")
+        shutil.copytree(self.work / "db", self.work / "copy")
+        self.assertEqual(content_hash("copy"), expected)
+        file = self.work / "copy" / "m02.binary"
+        data = bytearray(file.read_bytes())
+        data[-8] ^= 1  # the last bit of the last number, which is below the horizon
+        file.write_bytes(data)
+        self.assertNotEqual(content_hash("copy"), expected)
+
+    def test_the_database_is_only_read(self):
+        before = tree(self.work / "db")
+        self.scan("--database", "db", out="again")
+        self.assertEqual(tree(self.work / "db"), before)
+
+
+if __name__ == "__main__":
+    support.main()

@@ -1,0 +1,163 @@
+"""merl-scan slices."""
+
+import signal
+import struct
+import zlib
+
+import support
+from support import GRID, INPUT, OUTPUT, USAGE, Case, merl_bytes, samples, tree, voxels, write_database
+
+FIGURE = [
+    f"figure-4.4-{column}-mr{m_r}"
+    for column in ("0.05-s_merl", "0.4-projected-area-s_merl", "projected-area")
+    for m_r in ("0", "0.5")
+]
+
+
+def read_png(path):
+    """Width, height and rows of bytes of an 8-bit RGB image."""
+    data = path.read_bytes()
+    assert data[:8] == b"\x89PNG\r\n\x1a\n"
+    chunks, at = [], 8
+    while at < len(data):
+        size, kind = struct.unpack(">I4s", data[at : at + 8])
+        body = data[at + 8 : at + 8 + size]
+        assert zlib.crc32(kind + body) == struct.unpack(">I", data[at + 8 + size : at + 12 + size])[0]
+        chunks.append((kind, body))
+        at += 12 + size
+    assert chunks[-1][0] == b"IEND"
+    width, height, *form = struct.unpack(">IIBBBBB", chunks[0][1])
+    assert form == [8, 2, 0, 0, 0], form
+    packed = zlib.decompress(b"".join(body for kind, body in chunks if kind == b"IDAT"))
+    rows, before = [], bytes(3 * width)
+    for start in range(0, len(packed), 3 * width + 1):
+        row = bytearray(packed[start + 1 : start + 1 + 3 * width])
+        for i, value in enumerate(row):
+            left = row[i - 3] if i >= 3 else 0
+            corner = before[i - 3] if i >= 3 else 0
+            row[i] = (value + predict(packed[start], left, before[i], corner)) % 256
+        rows.append(bytes(row))
+        before = row
+    assert len(rows) == height
+    return width, height, rows
+
+
+def predict(method, left, up, corner):
+    if method < 4:
+        return (0, left, up, (left + up) // 2)[method]
+    guess = left + up - corner
+    return min((left, up, corner), key=lambda x: abs(guess - x))
+
+
+def pixel(rows, x, y):
+    return tuple(rows[y][3 * x : 3 * x + 3])
+
+
+class Slices(Case):
+    def assert_images(self, directory, names, sheets=("figure-4.4",)):
+        expected = [f"{n}.png" for n in [*names, *sheets]] + [f"{n}.exr" for n in names]
+        self.assertEqual(sorted(p.name for p in directory.iterdir()), sorted(expected))
+        for file in directory.glob("*.exr"):
+            self.assertEqual(file.read_bytes()[:4], b"\x76\x2f\x31\x01")
+
+    def test_figure(self):
+        output = self.assert_success("slices", "--out", "out")
+        self.assertIn("13 images", output)
+        self.assert_images(self.work / "out", FIGURE)
+        for name in FIGURE:
+            width, height, rows = read_png(self.work / "out" / f"{name}.png")
+            self.assertEqual((width, height), (360, 360))
+            self.assertGreater(len(set(b"".join(rows))), 50, name)
+
+    def test_where_figure_is_dark_and_bright(self):
+        # M_s to the right, M_t upwards: projected area is 1 at both angles 0, that is lower left.
+        self.assert_success("slices", "--out", "out")
+        area = read_png(self.work / "out" / "figure-4.4-projected-area-mr0.5.png")[2]
+        self.assertGreater(pixel(area, 0, 359)[0], 250)
+        self.assertLess(pixel(area, 359, 359)[0], 10)
+        self.assertLess(pixel(area, 0, 0)[0], 10)
+        # s_MERL is zero at both ends of theta_d and where theta_h is 0; it has no other dark place.
+        scale = read_png(self.work / "out" / "figure-4.4-0.05-s_merl-mr0.png")[2]
+        for x, y in (0, 0), (359, 0), (0, 359), (359, 359), (180, 359):
+            self.assertLess(pixel(scale, x, y)[0], 20)
+        self.assertGreater(pixel(scale, 180, 0)[0], 200)
+
+    def test_materials(self):
+        output = self.assert_success("slices", "--out", "out", "--materials", "chrome,blue-fabric")
+        self.assertIn("17 images", output)
+        self.assert_images(self.work / "out", [*FIGURE, "chrome", "blue-fabric"])
+        blue = read_png(self.work / "out" / "blue-fabric.png")[2]
+        red, _, blue_value = pixel(blue, 180, 180)
+        self.assertGreater(blue_value, red)
+
+    def test_material_of_a_directory(self):
+        count = voxels(GRID)
+        # Red grows with theta_h, which is to the right; green with theta_d, upwards; no blue.
+        theta_d = [k // GRID[2] % GRID[1] for k in range(count)]
+        theta_h = [k // GRID[2] // GRID[1] for k in range(count)]
+        numbers = [80 * t for t in theta_h] + [80 * s for s in theta_d] + [-1] * count
+        write_database(self.work / "db", {"ramp, with a comma": numbers, "b": samples(0)})
+        self.assert_success("slices", "--database", "db", "--out", "out", "--materials",
+                            '"ramp, with a comma"')  # fmt: skip
+        rows = read_png(self.work / "out" / "ramp, with a comma.png")[2]
+        left, right = pixel(rows, 5, 180), pixel(rows, 354, 180)
+        low, high = pixel(rows, 180, 354), pixel(rows, 180, 5)
+        self.assertLess(left[0], right[0])
+        self.assertEqual(left[1], right[1])
+        self.assertLess(low[1], high[1])
+        self.assertEqual(low[0], high[0])
+        self.assertEqual({row[i] for row in rows for i in range(2, 1080, 3)}, {0})
+
+    def test_unknown_material(self):
+        for name in "nope", "", "../chrome", "/etc/passwd", "Chrome":
+            self.assert_refused(USAGE, [f'"{name}"', "material"], "slices", "--out", "out",
+                                "--materials", name)  # fmt: skip
+
+    def test_materials_called_like_the_figure(self):
+        materials = {"figure-4.4": samples(0), FIGURE[0]: samples(1)}
+        write_database(self.work / "db", materials)
+        for name in materials:
+            self.assert_refused(USAGE, [name], "slices", "--database", "db", "--out", "out",
+                                "--materials", name)  # fmt: skip
+
+    def test_bad_database(self):
+        write_database(self.work / "db", 2)
+        numbers = samples(0)
+        numbers[0] = float("nan")
+        (self.work / "db" / "bad.binary").write_bytes(merl_bytes(numbers))
+        self.assert_refused(INPUT, ["bad.binary", "nan"], "slices", "--database", "db", "--out", "out",
+                            "--materials", "bad")  # fmt: skip
+
+
+class Output(Case):
+    def test_existing(self):
+        (self.work / "there").mkdir()
+        (self.work / "file").touch()
+        self.assert_refused(OUTPUT, ["there", "exists", "--force"], "slices", "--out", "there")
+        self.assert_refused(OUTPUT, ["file/x", "Not a directory"], "slices", "--out", "file/x")
+
+    def test_force_replaces_its_images_only(self):
+        self.assert_success("slices", "--out", "out", "--materials", "chrome")
+        expected = tree(self.work / "out")
+        (self.work / "out" / "figure-4.4.png").write_text("old")
+        (self.work / "out" / "chrome.png").write_text("mine")
+        self.assert_success("slices", "--out", "out", "--force")
+        after = tree(self.work / "out")
+        self.assertEqual({p for p in expected if expected[p] != after[p]},
+                         {(self.work / "out" / "chrome.png").relative_to(self.work / "out")})  # fmt: skip
+
+    def test_full_disk(self):
+        disk = support.mount(self, "1m")
+        self.assert_refused(OUTPUT, ["figure-4.4", "No space left"], "slices", "--out", disk / "out")
+
+    def test_ctrl_c(self):
+        names = self.assert_success("database", "info").split("\n\n")[1].splitlines()[1:]
+        materials = ",".join(line.split()[0] for line in names)
+        with support.Running(self, "slices", "--out", "out", "--materials", materials) as running:
+            running.wait_for_partial()
+            running.stop(signal.SIGINT, seconds=3)
+        self.assertEqual(list(self.work.iterdir()), [])
+
+
+if __name__ == "__main__":
+    support.main()

@@ -1,0 +1,27 @@
+"""merl-scan verify."""
+
+import re
+
+import support
+from support import Case
+
+
+class Verify(Case):
+    def test_lavapipe_passes(self):
+        output = self.assert_success("verify")
+        self.assertIn("llvmpipe", output)
+        rows = re.findall(r"(?m)^(.*\S) +(\S+) +(\S+)  (PASS|FAIL)$", output)
+        self.assertGreaterEqual(len(rows), 10, output)
+        for check, error, allowed, verdict in rows:
+            self.assertEqual(verdict, "PASS", check)
+            self.assertLessEqual(float(error), float(allowed), check)
+        # The framework test of SPEC 2, expected and actual.
+        for number in "1.000000", "1.772586", "0.886257":
+            self.assertRegex(output, rf"framework.* {number} +{number} ")
+        for metric in "cwcbrt", "pawcielab":
+            self.assertRegex(output, rf"{metric}.* 4950 ")
+        self.assertRegex(output, r"disagreements.* 4289737 ")
+
+
+if __name__ == "__main__":
+    support.main()

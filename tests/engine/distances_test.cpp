@@ -1,0 +1,178 @@
+#include "engine/reflectance/distances.h"
+
+#include <gtest/gtest.h>
+#include <tbb/global_control.h>
+
+#include <cmath>
+
+#include "engine/reflectance/reference.h"
+#include "tests/engine/support.h"
+
+namespace merl::reflectance {
+namespace {
+
+using test::FunctionDatabase;
+
+/// Every metric there is; below the horizon only those whose weight means something there.
+std::vector<const Metric*> all_metrics(VoxelSet voxels = VoxelSet::above_horizon) {
+    std::vector<const Metric*> all;
+    if (voxels == VoxelSet::all) {
+        return {&find_metric("rmse"), &framework_test_metrics()[0]};
+    }
+    for (const auto& metric : metrics()) {
+        all.push_back(&metric);
+    }
+    for (const auto& metric : framework_test_metrics()) {
+        all.push_back(&metric);
+    }
+    return all;
+}
+
+std::vector<MaterialPair> all_pairs(std::size_t materials) {
+    std::vector<MaterialPair> pairs;
+    for (std::uint32_t i = 0; i < materials; ++i) {
+        for (std::uint32_t j = i + 1; j < materials; ++j) {
+            pairs.emplace_back(i, j);
+        }
+    }
+    return pairs;
+}
+
+/// Device distances against the float64 twins, at sizes that divide nothing.
+void expect_as_reference(device::Context& context, const Grid& grid, std::size_t materials,
+                         VoxelSet voxels) {
+    const FunctionDatabase database(grid, materials, test::random_sample);
+    const auto chosen = all_metrics(voxels);
+    const auto result = compute_distances(context, database, chosen, {.voxels = voxels});
+    const auto pairs = all_pairs(materials);
+    for (std::size_t m = 0; m < chosen.size(); ++m) {
+        const auto expected = reference_distances(database, *chosen[m], pairs, voxels);
+        ASSERT_EQ(result.distances[m].size(), pairs.size());
+        for (std::size_t p = 0; p < pairs.size(); ++p) {
+            EXPECT_NEAR(result.distances[m][p] / expected[p], 1, 2e-6)
+                << chosen[m]->name << " " << pairs[p].first << " " << pairs[p].second << " of "
+                << materials << ", " << grid.text();
+        }
+    }
+}
+
+TEST(Distances, AgreeWithTheReferenceAtAwkwardSizes) {
+    const Grid small = {.theta_h = 7, .theta_d = 5, .phi_d = 3};
+    const Grid middle = {
+        .theta_h = 13, .theta_d = 11, .phi_d = 17};  // several blocks, the last cut
+    for (const auto voxels : {VoxelSet::above_horizon, VoxelSet::all}) {
+        for (const std::size_t materials : {2, 10, 13, 21}) {
+            expect_as_reference(test::lavapipe(), small, materials, voxels);
+            expect_as_reference(test::lavapipe(), middle, materials, voxels);
+        }
+    }
+}
+
+TEST(Distances, AgreeWithTheReferenceThroughStagingBuffers) {
+    expect_as_reference(test::lavapipe_with_staging(), {.theta_h = 13, .theta_d = 11, .phi_d = 17},
+                        13, VoxelSet::above_horizon);
+}
+
+TEST(Distances, ASingleVoxelIsEnough) {
+    expect_as_reference(test::lavapipe(), {.theta_h = 1, .theta_d = 1, .phi_d = 1}, 2,
+                        VoxelSet::all);
+}
+
+TEST(Distances, DoNotDependOnSlabSizeStagingOrThreads) {
+    const FunctionDatabase database({.theta_h = 30, .theta_d = 20, .phi_d = 24}, 13,
+                                    test::random_sample);
+    const auto chosen = all_metrics();
+    const auto whole = compute_distances(test::lavapipe(), database, chosen);
+    ASSERT_GT(whole.plan.slabs, 1U);
+    for (const std::uint64_t memory : {1'000'000U, 1'300'000U, 1'900'000U}) {
+        for (const std::size_t threads : {1U, 2U, 5U}) {
+            const tbb::global_control control(tbb::global_control::max_allowed_parallelism,
+                                              threads);
+            auto& context = threads == 2 ? test::lavapipe_with_staging() : test::lavapipe();
+            const auto cut = compute_distances(context, database, chosen, {.memory_bytes = memory});
+            EXPECT_NE(cut.plan.slabs, whole.plan.slabs);
+            EXPECT_EQ(cut.distances, whole.distances) << memory;
+            EXPECT_EQ(cut.content_hash, whole.content_hash);
+            EXPECT_LE(cut.plan.device_bytes, memory);
+        }
+    }
+}
+
+TEST(Distances, StayWithinTheMemoryTheyPlanned) {
+    device::Context context({.device = "llvmpipe"});
+    const FunctionDatabase database({.theta_h = 30, .theta_d = 20, .phi_d = 24}, 30,
+                                    test::random_sample);
+    const auto result =
+        compute_distances(context, database, all_metrics(), {.memory_bytes = 6'000'000});
+    EXPECT_LE(result.plan.device_bytes, 6'000'000U);
+    EXPECT_LE(context.peak_allocated_bytes(), result.plan.device_bytes + 64 * 1024);  // alignment
+    EXPECT_EQ(context.allocated_bytes(), 0U);
+}
+
+TEST(Distances, OfOneMaterialWithItselfAreZero) {
+    const FunctionDatabase database(
+        {.theta_h = 7, .theta_d = 5, .phi_d = 3}, 3,
+        [](std::size_t material, std::uint64_t voxel, std::size_t channel) {
+            return test::random_sample(material == 2 ? 1 : material, voxel, channel);
+        });
+    for (const auto& metric : metrics()) {
+        const Metric* const one[] = {&metric};
+        const auto d = compute_distances(test::lavapipe(), database, one).distances[0];
+        EXPECT_EQ(d[2], 0) << metric.name;     // 1 and its copy
+        EXPECT_EQ(d[0], d[1]) << metric.name;  // 0 to either
+        EXPECT_GT(d[0], 0) << metric.name;
+    }
+}
+
+TEST(Distances, OfTwoConstantMaterialsHaveAClosedForm) {
+    // White against black under PAWCIELAB: 100 times the root of the weights' mean (SPEC §2, exact
+    // midpoint sum 0.886257 at the grid of MERL).
+    const FunctionDatabase database(Grid{}, 2,
+                                    [](std::size_t material, std::uint64_t, std::size_t) {
+                                        return material == 0 ? 0.0 : 100.0;
+                                    });
+    const Metric* const one[] = {&find_metric("pawcielab")};
+    EXPECT_NEAR(compute_distances(test::lavapipe(), database, one).distances[0][0], 88.6257, 1e-4);
+}
+
+TEST(Distances, NegativeSamplesCountAsZeroAndAreCounted) {
+    const Grid grid = {.theta_h = 6, .theta_d = 6, .phi_d = 6};
+    const auto with = [&](double stand_in) {
+        return FunctionDatabase(
+            grid, 2, [=](std::size_t material, std::uint64_t voxel, std::size_t channel) {
+                const bool hole =
+                    material == 1 && voxel % 7 == 0 && (channel == 1 || voxel % 2 == 0);
+                return hole ? stand_in : 0.5 + static_cast<double>(voxel % 5 + material);
+            });
+    };
+    const auto chosen = all_metrics();
+    const auto holes = compute_distances(test::lavapipe(), with(-1), chosen);
+    const auto zeros = compute_distances(test::lavapipe(), with(0), chosen);
+    EXPECT_EQ(holes.distances, zeros.distances);
+    EXPECT_EQ(holes.counts[0].negative, 0U);
+    EXPECT_EQ(holes.counts[1].negative, 31U);  // multiples of 7 below 216
+    EXPECT_GT(holes.counts[1].negative_above_horizon, 0U);
+    EXPECT_LT(holes.counts[1].negative_above_horizon, 31U);
+    EXPECT_EQ(zeros.counts[1].negative, 0U);
+}
+
+TEST(Distances, ProgressReachesOneAndItsExceptionEndsTheWork) {
+    const FunctionDatabase database({.theta_h = 30, .theta_d = 20, .phi_d = 24}, 3,
+                                    test::random_sample);
+    const Metric* const one[] = {&find_metric("rmse")};
+    double last = 0;
+    compute_distances(test::lavapipe(), database, one, {.progress = [&](double share) {
+                          EXPECT_GT(share, last);
+                          last = share;
+                      }});
+    EXPECT_DOUBLE_EQ(last, 1);
+    EXPECT_THROW(
+        compute_distances(test::lavapipe(), database, one,
+                          {.progress = [](double) { throw std::runtime_error("enough"); }}),
+        std::runtime_error);
+    EXPECT_EQ(compute_distances(test::lavapipe(), database, one).distances[0].size(),
+              3U);  // still works
+}
+
+}  // namespace
+}  // namespace merl::reflectance

@@ -1,0 +1,101 @@
+#include "engine/reflectance/slab_plan.h"
+
+#include <gtest/gtest.h>
+
+#include <array>
+
+#include "engine/error.h"
+
+namespace merl::reflectance {
+namespace {
+
+constexpr std::uint64_t kMiB = 1048576;
+constexpr std::uint64_t kMerlVoxels = 1'096'216;
+
+/// The limits of lavapipe, as it reports them.
+device::Limits lavapipe_limits() {
+    return {.storage_buffer_bytes = 128 * kMiB,
+            .texel_buffer_texels = 134'217'728,
+            .allocation_bytes = 2048 * kMiB,
+            .heap_bytes = 2048 * kMiB,
+            .groups_x = 65535,
+            .groups_y = 65535,
+            .subgroup_size = 8};
+}
+
+const std::array<const Metric*, 2>& two_metrics() {
+    static const std::array<const Metric*, 2> metrics = {&find_metric("cwcbrt"),
+                                                         &find_metric("pawcielab")};
+    return metrics;
+}
+
+void expect_within(const SlabPlan& plan, const device::Limits& limits, std::uint64_t memory) {
+    EXPECT_LE(plan.device_bytes, memory);
+    EXPECT_LE(plan.samples_bytes(), limits.storage_buffer_bytes);
+    EXPECT_LE(plan.voxels_bytes(), limits.storage_buffer_bytes);
+    EXPECT_LE(plan.sums_bytes(), limits.storage_buffer_bytes);
+    EXPECT_LE(plan.grid_bytes(768), limits.storage_buffer_bytes);
+    EXPECT_LE(plan.grid_bytes(768) / 16, limits.texel_buffer_texels);
+    EXPECT_LE(plan.slab_blocks, limits.groups_y);
+    EXPECT_LE(plan.tiles, limits.groups_x);
+}
+
+TEST(SlabPlan, CoversAllVoxelsWithinEveryLimit) {
+    for (const std::uint64_t materials : {2, 10, 11, 100, 400, 1000}) {
+        for (const std::uint64_t memory : {64 * kMiB, 256 * kMiB, 1024 * kMiB}) {
+            const auto limits = lavapipe_limits();
+            const auto plan = plan_slabs(limits, memory, materials, kMerlVoxels, two_metrics());
+            expect_within(plan, limits, memory);
+            EXPECT_GE(plan.slabs * plan.slab_voxels(), kMerlVoxels);
+            EXPECT_LT((plan.slabs - 1) * plan.slab_voxels(), kMerlVoxels);
+            EXPECT_GE(plan.padded_materials, materials);
+        }
+    }
+}
+
+TEST(SlabPlan, SmallLimitsMakeSmallSlabs) {
+    auto limits = lavapipe_limits();
+    limits.storage_buffer_bytes = 4 * kMiB;
+    auto plan = plan_slabs(limits, 1024 * kMiB, 100, kMerlVoxels, two_metrics());
+    expect_within(plan, limits, 1024 * kMiB);
+    limits = lavapipe_limits();
+    limits.texel_buffer_texels = 100 * 768 * 3;
+    plan = plan_slabs(limits, 1024 * kMiB, 100, kMerlVoxels, two_metrics());
+    EXPECT_EQ(plan.slab_blocks, 3U);
+    limits = lavapipe_limits();
+    limits.groups_y = 200;
+    EXPECT_LE(plan_slabs(limits, 1024 * kMiB, 2, kMerlVoxels, two_metrics()).slab_blocks, 200U);
+}
+
+TEST(SlabPlan, ReadingAndComputingOverlap) {
+    auto limits = lavapipe_limits();
+    limits.storage_buffer_bytes = 4096 * kMiB;
+    EXPECT_GE(plan_slabs(limits, 65536 * kMiB, 100, kMerlVoxels, two_metrics()).slabs, 4U);
+    EXPECT_EQ(plan_slabs(limits, 65536 * kMiB, 100, 100, two_metrics()).slabs, 1U);
+}
+
+TEST(SlabPlan, TooLittleMemoryIsAUsageErrorThatSaysHowMuchIsNeeded) {
+    try {
+        plan_slabs(lavapipe_limits(), kMiB, 100, kMerlVoxels, two_metrics());
+        FAIL();
+    } catch (const Error& error) {
+        EXPECT_EQ(error.fault(), Fault::usage);
+        EXPECT_NE(std::string(error.what()).find("--memory 1.0 MiB is too small"),
+                  std::string::npos)
+            << error.what();
+    }
+}
+
+TEST(SlabPlan, TooManyMaterialsAreADeviceError) {
+    for (const std::uint64_t materials : {4000ULL, 100'000ULL, 1ULL << 40U}) {
+        try {
+            plan_slabs(lavapipe_limits(), 1024 * kMiB, materials, kMerlVoxels, two_metrics());
+            FAIL() << materials;
+        } catch (const Error& error) {
+            EXPECT_EQ(error.fault(), Fault::device);
+        }
+    }
+}
+
+}  // namespace
+}  // namespace merl::reflectance

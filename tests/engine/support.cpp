@@ -1,0 +1,63 @@
+#include "tests/engine/support.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <cstdlib>
+
+namespace merl::test {
+
+device::Context& lavapipe() {
+    static device::Context context({.device = "llvmpipe"});
+    return context;
+}
+
+device::Context& lavapipe_with_staging() {
+    static device::Context context({.device = "llvmpipe", .force_staging = true});
+    return context;
+}
+
+FunctionDatabase::FunctionDatabase(const reflectance::Grid& grid, std::size_t materials,
+                                   Sample sample)
+    : Database("a function", "test"), sample_(std::move(sample)) {
+    grid_ = grid;
+    for (std::size_t i = 0; i < materials; ++i) {
+        materials_.push_back(fmt::format("material-{:04}", i));
+    }
+}
+
+void FunctionDatabase::read(std::size_t material, reflectance::VoxelRange range,
+                            std::span<double> samples, reflectance::ContentHash* hash) const {
+    for (std::size_t channel = 0; channel < 3; ++channel) {
+        const auto plane = samples.subspan(channel * range.size(), range.size());
+        for (std::uint64_t i = 0; i < range.size(); ++i) {
+            plane[i] = sample_(material, range.first + i, channel);
+        }
+        if (hash != nullptr) {
+            hash->update(material, channel, std::as_bytes(plane));
+        }
+    }
+}
+
+double random_sample(std::size_t material, std::uint64_t voxel, std::size_t channel) {
+    // SplitMix64 (Steele et al. 2014) of the place: the same number wherever it is asked for.
+    std::uint64_t x =
+        (material * 3 + channel) * 0x9e3779b97f4a7c15 + voxel * 0xbf58476d1ce4e5b9 + 1;
+    x = (x ^ x >> 30U) * 0xbf58476d1ce4e5b9;
+    x = (x ^ x >> 27U) * 0x94d049bb133111eb;
+    x ^= x >> 31U;
+    const double uniform = static_cast<double>(x >> 11U) * 0x1p-53;
+    return uniform < 0.02 ? -1.0 : std::pow(10.0, 6 * uniform - 3);
+}
+
+TemporaryDirectory::TemporaryDirectory() {
+    std::string name = (std::filesystem::temp_directory_path() / "merl-scan-test-XXXXXX").string();
+    path = ::mkdtemp(name.data());
+}
+
+TemporaryDirectory::~TemporaryDirectory() {
+    std::error_code ignored;
+    std::filesystem::remove_all(path, ignored);
+}
+
+}  // namespace merl::test

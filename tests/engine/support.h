@@ -1,0 +1,44 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "engine/device/context.h"
+#include "engine/reflectance/database.h"
+
+namespace merl::test {
+
+/// The lavapipe context all tests share, so that the driver stays loaded.
+device::Context& lavapipe();
+
+/// The same device, but every copy goes through staging buffers, as on a discrete GPU.
+device::Context& lavapipe_with_staging();
+
+/// A database whose samples come from a function of material, file index and channel.
+class FunctionDatabase final : public reflectance::Database {
+  public:
+    using Sample =
+        std::function<double(std::size_t material, std::uint64_t voxel, std::size_t channel)>;
+    FunctionDatabase(const reflectance::Grid& grid, std::size_t materials, Sample sample);
+    void read(std::size_t material, reflectance::VoxelRange range, std::span<double> samples,
+              reflectance::ContentHash* hash) const override;
+
+  private:
+    Sample sample_;
+};
+
+/// Reproducible numbers that look like reflectance: from 1e-3 to 1e3 1/sr, some not measured.
+double random_sample(std::size_t material, std::uint64_t voxel, std::size_t channel);
+
+/// A directory that is removed at the end of the test.
+class TemporaryDirectory {
+  public:
+    TemporaryDirectory();
+    ~TemporaryDirectory();
+    std::filesystem::path path;
+};
+
+}  // namespace merl::test
