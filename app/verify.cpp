@@ -168,10 +168,10 @@ void check_distances(device::Context& context, Report& report, bool quiet) {
         {{0, 1}, {count / 3, count / 2}, {count - 2, count - 1}}};
     for (std::size_t m = 0; m < metrics.size(); ++m) {
         const auto expected = reflectance::reference_distances(*database, *metrics[m], pairs);
-        std::vector<double> actual;
-        for (const auto& [i, j] : pairs) {
-            actual.push_back(result.distances[m][scan::pair_index({i, j}, count)]);
-        }
+        std::vector<double> actual(pairs.size());
+        std::transform(pairs.begin(), pairs.end(), actual.begin(), [&](const auto& pair) {
+            return result.distances[m][scan::pair_index({pair.first, pair.second}, count)];
+        });
         check(fmt::format("{}, float64 on the CPU", metrics[m]->name), actual, expected);
     }
 

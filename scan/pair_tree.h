@@ -30,7 +30,7 @@ class PairTree {
     bool is_leaf(std::uint32_t node) const { return boxes_[node].leaves == 1; }
 
     /// Children of a node that is no leaf. Nodes are in preorder, and m leaves make 2m-1 nodes.
-    std::uint32_t left(std::uint32_t node) const { return node + 1; }
+    static std::uint32_t left(std::uint32_t node) { return node + 1; }
     std::uint32_t right(std::uint32_t node) const { return node + 2 * (boxes_[node].leaves / 2); }
 
     /// Takes a pair out: its leaf's box becomes empty (least above greatest) and the boxes over it

@@ -27,7 +27,7 @@ struct Submission::Handles {
     bool running = false;
 
     void barrier(vk::PipelineStageFlags from, vk::AccessFlags written, vk::PipelineStageFlags to,
-                 vk::AccessFlags read) {
+                 vk::AccessFlags read) const {
         commands.pipelineBarrier(from, to, {}, vk::MemoryBarrier(written, read), {}, {});
     }
 };

@@ -33,13 +33,13 @@ AbcFit parse_fit(const std::string& line) {
     fit.line = line;
     std::istringstream fields(line);
     std::getline(fields, fit.material, ',');
-    const std::array<double*, 9> numbers = {&fit.kd[0], &fit.kd[1], &fit.kd[2],
-                                            &fit.a[0],  &fit.a[1],  &fit.a[2],
-                                            &fit.b,     &fit.c,     &fit.ior};
+    const std::array<double*, 9> numbers = {fit.kd.data(), &fit.kd[1], &fit.kd[2],
+                                            fit.a.data(),  &fit.a[1],  &fit.a[2],
+                                            &fit.b,        &fit.c,     &fit.ior};
     std::string field;
     for (double* number : numbers) {
         std::getline(fields, field, ',');
-        const auto end = field.data() + field.size();
+        const auto* const end = field.data() + field.size();
         const auto [stop, code] = std::from_chars(field.data(), end, *number);
         if (!fields || code != std::errc() || stop != end || !std::isfinite(*number)) {
             throw Error(Fault::input,
@@ -85,7 +85,8 @@ class AbcDatabase final : public Database {
             hash->update(material, 0, std::as_bytes(std::span(fit.line)));
         }
         // The distribution depends on theta_h alone and the Fresnel term on theta_d alone.
-        std::vector<double> distribution(grid_.theta_h), reflection(grid_.theta_d);
+        std::vector<double> distribution(grid_.theta_h);
+        std::vector<double> reflection(grid_.theta_d);
         for (std::uint32_t t = 0; t < grid_.theta_h; ++t) {
             const double cos_h = std::cos(index_voxel(0, 0, t).theta_h);
             distribution[t] = 1 / std::pow(1 + fit.b * (1 - cos_h), fit.c);

@@ -1,9 +1,7 @@
 """merl-scan itself: help, version, and options that are wrong."""
 
-import unittest
-
 import support
-from support import USAGE, Case, write_database
+from support import USAGE, Case, known_bug, write_database
 
 COMMANDS = [], ["scan"], ["devices"], ["database"], ["database", "info"], ["database", "write"], \
     ["verify"], ["slices"]  # fmt: skip
@@ -31,14 +29,18 @@ class Usage(Case):
     def assert_usage(self, words, *arguments):
         self.assert_refused(USAGE, words, *arguments)
 
-    def test_no_or_unknown_command(self):
+    def test_no_command(self):
         self.assert_usage(["subcommand"])
         self.assert_usage(["subcommand"], "database")
+
+    @known_bug("it says that a subcommand is required, and not which word is none")
+    def test_unknown_command_is_named(self):
         self.assert_usage(["scna"], "scna")
         self.assert_usage(["infos"], "database", "infos")
 
     def test_unknown_option(self):
-        for command in COMMANDS:
+        for command in (["scan"], ["devices"], ["database", "info"], ["database", "write", "x"],
+                        ["verify"], ["slices", "--out", "x"]):  # fmt: skip
             with self.subTest(command):
                 self.assert_usage(["--colour"], *command, "--colour")
         self.assert_usage(["stray"], "scan", "stray")
@@ -56,7 +58,7 @@ class ScanOptions(Case):
 
     def assert_usage(self, words, *options):
         with self.subTest(options):
-            self.assert_refused(USAGE, words, "scan", "--database", "db", *options)
+            self.assert_refused(USAGE, words, "scan", "--database", "db", "--out", "out", *options)
 
     def test_metrics(self):
         for two in "rmse", "rmse,rmse", "rmse,", "":
@@ -67,20 +69,43 @@ class ScanOptions(Case):
 
     def test_numbers(self):
         for option in "--select", "--per-material", "--disagreements", "--threads":
-            for value in "-1", "many", "1.5", "", "99999999999999999999":
+            for value in "many", "1.5", "1e3":
+                self.assert_usage([option, value], option, value)
+        for option in "--select", "--per-material", "--threads":
+            for value in "-1", "99999999999999999999":
                 self.assert_usage([option, value], option, value)
         self.assert_usage(["--threads", "0"], "--threads", "0")
 
     def test_memory(self):
-        for value in "lots", "-1", "1X", "", "1.5.5M", "99999999999999999999", "20E":
+        for value in "lots", "1X", "", "1.5.5M", "20E":
             self.assert_usage(["--memory"], "--memory", value)
         for value in "0", "1K", "1", "100K":
             self.assert_usage(["--memory", "too small", "at least"], "--memory", value)
 
-    def test_names_that_are_empty(self):
-        # As of a variable of the shell that is not set.
-        self.assert_usage(["--database"], "--database", "")
-        self.assert_usage(["--out"], "--out", "")
+    @known_bug("a negative 64-bit number wraps around")
+    def test_negative_64_bit_numbers(self):
+        self.assert_usage(["--disagreements", "-1"], "--disagreements", "-1")
+        self.assert_usage(["--memory", "-1"], "--memory", "-1")
+
+    @known_bug("no number is taken for 0")
+    def test_empty_numbers(self):
+        for option in "--select", "--per-material", "--disagreements":
+            self.assert_usage([option], option, "")
+
+    @known_bug("too large a 64-bit number becomes the largest one")
+    def test_too_large_64_bit_numbers(self):
+        for option in "--disagreements", "--memory":
+            self.assert_usage([option], option, "99999999999999999999")
+
+    # As "$RESULTS" is when the shell has no such variable.
+
+    @known_bug("internal error: std::filesystem::absolute() throws")
+    def test_empty_out(self):
+        self.assert_refused(USAGE, ["--out"], "scan", "--database", "db", "--out", "")
+
+    @known_bug("it scans the built-in database instead")
+    def test_empty_database(self):
+        self.assert_refused(USAGE, ["--database"], "scan", "--database", "", "--memory", "1K")
 
 
 if __name__ == "__main__":
