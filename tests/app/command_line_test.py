@@ -4,7 +4,7 @@ import support
 from support import USAGE, Case, known_bug, write_database
 
 COMMANDS = [], ["scan"], ["devices"], ["database"], ["database", "info"], ["database", "write"], \
-    ["verify"], ["slices"]  # fmt: skip
+    ["verify"], ["slices"]
 
 
 class Help(Case):
@@ -17,8 +17,10 @@ class Help(Case):
 
     def test_help_of_scan_names_every_option(self):
         output = self.assert_success("scan", "--help")
-        for option in ("--database", "--out", "--metrics", "--select", "--per-material", "--device",
-                       "--disagreements", "--memory", "--threads", "--force", "--quiet"):  # fmt: skip
+        for option in (
+            "--database", "--out", "--metrics", "--select", "--per-material", "--device",
+            "--disagreements", "--memory", "--threads", "--force", "--quiet",
+        ):
             self.assertIn(option, output)
 
     def test_version(self):
@@ -40,7 +42,7 @@ class Usage(Case):
 
     def test_unknown_option(self):
         for command in (["scan"], ["devices"], ["database", "info"], ["database", "write", "x"],
-                        ["verify"], ["slices", "--out", "x"]):  # fmt: skip
+                        ["verify"], ["slices", "--out", "x"]):
             with self.subTest(command):
                 self.assert_usage(["--colour"], *command, "--colour")
         self.assert_usage(["stray"], "scan", "stray")
@@ -64,7 +66,8 @@ class ScanOptions(Case):
         for two in "rmse", "rmse,rmse", "rmse,", "":
             self.assert_usage(["two", "metrics"], "--metrics", two)
         self.assert_usage(["--metrics", "2", "3"], "--metrics", "rmse,cwcbrt,pawcielab")
-        self.assert_usage(["rmsee", "cosine-rmse, cwcbrt, pawcielab, rmse"], "--metrics", "rmsee,rmse")
+        known = "cosine-rmse, cwcbrt, pawcielab, rmse"
+        self.assert_usage(["rmsee", known], "--metrics", "rmsee,rmse")
         self.assert_usage(["RMSE"], "--metrics", "cwcbrt,RMSE")
 
     def test_numbers(self):

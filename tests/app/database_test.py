@@ -6,7 +6,8 @@ import signal
 import struct
 
 import support
-from support import GRID, INPUT, OUTPUT, Case, known_bug, merl_bytes, samples, voxels, write_database
+from support import GRID, INPUT, OUTPUT, Case, known_bug
+from support import merl_bytes, samples, voxels, write_database
 
 BYTES = 12 + 24 * voxels(GRID)  # of a whole file
 
@@ -62,7 +63,7 @@ class BadFile(BadDatabase):
             (0, 5, 8), (6, 0, 8), (6, 5, 0), (0, 0, 0), (-6, 5, 8), (-6, -5, 8),
             (-(2**31), 2, 1), (largest, largest, largest), (65536, 65536, 1), (65536, 65536, 65536),
             (largest, 1, 1), (2**16, 2**16, 2**30), (3, 715827883, 8),
-        ):  # fmt: skip
+        ):
             with self.subTest(sizes):
                 self.bad.write_bytes(struct.pack("<3i", *sizes))
                 expected = "positive" if min(sizes) <= 0 else "at most"
@@ -74,16 +75,17 @@ class BadFile(BadDatabase):
 
     def test_numbers_that_are_no_reflectance(self):
         count = voxels(GRID)
-        # The first voxel is above the horizon, the last is below.
-        for index, place in enumerate([0, count - 1, count, 2 * count - 1, 2 * count, 3 * count - 1]):
-            value = [float("nan"), float("inf"), 1e300, float("-inf"), 1e17, -1e17][index]
+        first = "theta_h 0, theta_d 0, phi_d 0"  # above the horizon
+        last = "theta_h 5, theta_d 4, phi_d 7"  # below it
+        for value, channel, voxel in (
+            ("nan", "red", first), ("inf", "red", last), ("1e300", "green", first),
+            ("-inf", "green", last), ("1e17", "blue", first), ("-1e17", "blue", last),
+        ):
             with self.subTest(value):
                 numbers = samples(0)
-                numbers[place] = value
+                plane = ["red", "green", "blue"].index(channel)
+                numbers[plane * count + (count - 1 if voxel == last else 0)] = float(value)
                 self.bad.write_bytes(merl_bytes(numbers))
-                channel = ["red", "green", "blue"][place // count]
-                voxel = "theta_h 0, theta_d 0, phi_d 0" if index % 2 == 0 else \
-                    "theta_h 5, theta_d 4, phi_d 7"  # fmt: skip
                 self.assert_bad(channel, voxel, "finite", "at most")
 
     def test_directory(self):
@@ -124,7 +126,7 @@ class BadDirectory(BadDatabase):
 
     def test_a_file(self):
         self.assert_refused(INPUT, ["db/m00.binary", "directory"],
-                            "scan", "--database", "db/m00.binary")  # fmt: skip
+                            "scan", "--database", "db/m00.binary")
 
     def test_no_material(self):
         for file in self.database.iterdir():
@@ -163,7 +165,7 @@ class Info(Case):
         output = self.assert_success("database", "info", *arguments)
         row = r"^(.+?) +(\d+) +(\d+)   (\S+) to (\S+)$"
         return {m[1]: (int(m[2]), int(m[3]), float(m[4]), float(m[5]))
-                for m in re.finditer(row, output, re.MULTILINE)}  # fmt: skip
+                for m in re.finditer(row, output, re.MULTILINE)}
 
     def test_directory(self):
         count = voxels(GRID)

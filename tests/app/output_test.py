@@ -73,7 +73,7 @@ class Directory(Case):
         (results / "more").mkdir()
         self.scan("--database", "other", "--disagreements", 1, "--force")
         self.assertEqual(sorted(p.name for p in results.iterdir()),
-                         sorted([*support.RESULTS, "notes.txt", "more"]))  # fmt: skip
+                         sorted([*support.RESULTS, "notes.txt", "more"]))
         for table in "pairs.csv", "disagreements.csv", "selection.csv":
             self.assertEqual((results / table).read_bytes(), (expected / table).read_bytes())
         self.assertEqual(read_json(results / "summary.json")["materials"], 3)
@@ -93,9 +93,9 @@ class Directory(Case):
         self.scan("--database", "db")
         (self.work / "db" / "m03.binary").write_bytes(b"")
         self.assert_refused(INPUT, ["m03.binary"], "scan", "--database", "db", "--out", "out",
-                            "--force")  # fmt: skip
+                            "--force")
         self.assert_refused(USAGE, ["nope"], "scan", "--metrics", "nope,rmse", "--out", "out",
-                            "--force")  # fmt: skip
+                            "--force")
 
     @known_bug("it removes summary.json before it finds out")
     def test_results_that_cannot_be_replaced_stay_as_they_are(self):
@@ -112,14 +112,14 @@ class Directory(Case):
         self.assertEqual(os.waitstatus_to_exitcode(os.system(f"cd '{self.work}' && {command}")), 0)
         for table in "pairs.csv", "disagreements.csv", "selection.csv":
             self.assertEqual((self.work / "open" / table).read_bytes(),
-                             (self.work / "closed" / table).read_bytes())  # fmt: skip
+                             (self.work / "closed" / table).read_bytes())
 
     @known_bug("what cannot be printed is lost in silence")
     def test_tables_on_a_full_standard_output(self):
         for command in ["devices"], ["database", "info", "db"]:
             with self.subTest(command), open("/dev/full", "w", encoding="utf-8") as full:
                 process = subprocess.run([support.PROGRAM, *command], cwd=self.work,
-                                         stdout=full, check=False)  # fmt: skip
+                                         stdout=full, check=False)
                 self.assertEqual(process.returncode, OUTPUT)
 
 
@@ -131,18 +131,18 @@ class FullDisk(Case):
     def test_nothing_is_left(self):
         disk = support.mount(self, "64k")
         self.assert_refused(OUTPUT, ["full/out/disagreements.csv", "No space left"],
-                            "scan", "--database", "db", "--out", disk / "out")  # fmt: skip
+                            "scan", "--database", "db", "--out", disk / "out")
 
     def test_not_even_the_first_table(self):
         disk = support.mount(self, "4k")
         self.assert_refused(OUTPUT, ["full/out/pairs.csv", "No space left"],
-                            "scan", "--database", "db", "--out", disk / "out")  # fmt: skip
+                            "scan", "--database", "db", "--out", disk / "out")
 
     def test_old_results_stay(self):
         disk = support.mount(self, "64k")
         self.scan("--database", "db", "--disagreements", 0, out=disk / "out")
         self.assert_refused(OUTPUT, ["full/out/disagreements.csv", "No space left"], "scan",
-                            "--database", "db", "--out", disk / "out", "--force")  # fmt: skip
+                            "--database", "db", "--out", disk / "out", "--force")
 
     @known_bug("it removes the old results, then cannot rename across file systems")
     def test_force_on_a_disk_of_its_own(self):

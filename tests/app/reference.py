@@ -15,7 +15,8 @@ def domain(grid):
         for s in range(theta_d_count):
             theta_d = math.pi / 2 * (s + 0.5) / theta_d_count
             both = math.cos(theta_h) * math.cos(theta_d)
-            s_merl = math.pi**3 / 2 * m_t * 4 * math.sin(theta_h) * math.sin(theta_d) * math.cos(theta_d)
+            halfdiff = 4 * math.sin(theta_h) * math.sin(theta_d) * math.cos(theta_d)
+            s_merl = math.pi**3 / 2 * m_t * halfdiff
             for r in range(phi_d_count):
                 phi_d = math.pi * (r + 0.5) / phi_d_count
                 across = math.cos(phi_d) * math.sin(theta_h) * math.sin(theta_d)

@@ -5,12 +5,12 @@ import shutil
 
 import reference
 import support
-from support import GRID, Case, read_csv, read_json, samples, tree, write_database
+from support import GRID, Case, known_bug, read_csv, read_json, samples, tree, write_database
 
 CONFIGURATION = ["left_1", "left_2", "right_1", "right_2"]
 HEADER = CONFIGURATION + [
     "cwcbrt_left", "cwcbrt_right", "pawcielab_left", "pawcielab_right", "agreement",
-]  # fmt: skip
+]
 
 
 def pairs_of(results):
@@ -144,6 +144,13 @@ class Scan(ScanCase):
         self.assertEqual((summary["disagreements"], summary["rate"]), (0, 0))
         self.assertIsNone(summary["strongest_disagreement"])
 
+    @known_bug("in float32 the offset 16/116 of CIELAB swallows what is small")
+    def test_dark_materials(self):
+        materials = {f"m{i}": [x * 1e-4 for x in samples(i)] for i in range(5)}
+        write_database(self.work / "db", materials)
+        results = self.scan("--database", "db")
+        self.assert_distances(results, ["cwcbrt", "pawcielab"], materials.values())
+
     def test_near_duplicates_are_off_by_no_more_than_float32_samples(self):
         one = samples(0)
         other = [x * (1 + 1e-5 * math.sin(k)) for k, x in enumerate(one)]
@@ -174,7 +181,7 @@ class Negatives(ScanCase):
         summary = read_json(results / "summary.json")
         self.assertEqual(summary["negative_samples"], {"m0": 0, "m1": 1, "m2": 2, "m3": 10})
         self.assertEqual(summary["negative_samples_above_horizon"],
-                         {"m0": 0, "m1": 1, "m2": 2, "m3": 0})  # fmt: skip
+                         {"m0": 0, "m1": 1, "m2": 2, "m3": 0})
         self.assertEqual(summary["samples_per_material"], count)
         self.assertEqual(summary["samples_above_horizon"], len(visited))
 
@@ -211,7 +218,7 @@ class Options(ScanCase):
     def test_select_and_per_material(self):
         for select, per_material in (0, 10), (3, 10), (100, 0), (100, 1), (20, 3), (5000, 5000):
             results = self.scan("--database", "db", "--select", select, "--per-material",
-                                per_material, out=f"out{select}-{per_material}")  # fmt: skip
+                                per_material, out=f"out{select}-{per_material}")
             options = self.assert_decisions(results, select, per_material)["options"]
             self.assertEqual((options["select"], options["per_material"]), (select, per_material))
 
@@ -221,9 +228,9 @@ class Options(ScanCase):
 
     def test_a_large_database_is_refused_all_its_disagreements(self):
         write_database(self.work / "large", {f"m{i}": samples(i, (2, 1, 1)) for i in range(400)},
-                       (2, 1, 1))  # fmt: skip
+                       (2, 1, 1))
         self.assert_refused(support.USAGE, ["disagreements", "--disagreements"],
-                            "scan", "--database", "large")  # fmt: skip
+                            "scan", "--database", "large")
         self.scan("--database", "large", "--disagreements", 5)
 
 
@@ -235,9 +242,8 @@ class Summary(ScanCase):
         self.summary = read_json(self.work / "out" / "summary.json")
 
     def printed(self, name):
-        lines = [x.removeprefix(name).strip() for x in self.output.splitlines() if x.startswith(name)]
-        self.assertEqual(len(lines), 1, name)
-        return lines[0]
+        (line,) = [line for line in self.output.splitlines() if line.startswith(name)]
+        return line.removeprefix(name).strip()
 
     def test_what_is_printed(self):
         s = self.summary
@@ -247,7 +253,7 @@ class Summary(ScanCase):
         self.assertEqual(self.printed("pairs"), "78")
         self.assertEqual(self.printed("configurations"), "3,003")
         self.assertEqual(self.printed("disagreements"),
-                         f"{s['disagreements']:,} ({100 * s['rate']:.2f} %)")  # fmt: skip
+                         f"{s['disagreements']:,} ({100 * s['rate']:.2f} %)")
         strongest = s["strongest_disagreement"]
         for name in *strongest["left"], *strongest["right"], f"{strongest['agreement']:.6f}":
             self.assertIn(name, self.printed("strongest"))
@@ -263,7 +269,7 @@ class Summary(ScanCase):
         ranked = reference.disagreements(pairs_of(self.work / "out"))
         left, right, agreement = ranked[0]
         self.assertEqual(s["strongest_disagreement"],
-                         {"left": list(left[:2]), "right": list(right[:2]), "agreement": agreement})  # fmt: skip
+                         {"left": list(left[:2]), "right": list(right[:2]), "agreement": agreement})
         chosen = reference.selection(ranked, 100, 10)
         self.assertEqual(s["selection"]["agreement_range"], [chosen[0][2], chosen[-1][2]])
         self.assertEqual(s["program"]["name"], "merl-scan")
@@ -289,7 +295,7 @@ class Summary(ScanCase):
 
 class Names(ScanCase):
     NAMES = ["a b", " ", "comma,comma", 'say "x"', '"', "\u6771\u4eac-\u00e9", "two\nlines", "cr\r",
-             "=1+1", "x.y", "-", "tab\t", "it's", "\\", "\x1b[31m"]  # fmt: skip
+             "=1+1", "x.y", "-", "tab\t", "it's", "\\", "\x1b[31m"]
 
     def test_names_are_data(self):
         write_database(self.work / "db", {n: samples(i) for i, n in enumerate(self.NAMES)})
@@ -297,7 +303,7 @@ class Names(ScanCase):
         names = sorted(self.NAMES, key=lambda n: n.encode())
         pairs = pairs_of(results)
         self.assertEqual([p[:2] for p in pairs],
-                         [(a, b) for i, a in enumerate(names) for b in names[i + 1 :]])  # fmt: skip
+                         [(a, b) for i, a in enumerate(names) for b in names[i + 1 :]])
         summary = self.assert_decisions(results)
         self.assertEqual(list(summary["negative_samples"]), names)
         quoted = (results / "pairs.csv").read_bytes()
@@ -312,14 +318,15 @@ class Names(ScanCase):
         (self.work / "db" / "notes.txt").write_text("not a material")
         (self.work / "db" / ".hidden.binary").write_text("neither")
         pairs = pairs_of(self.scan("--database", "db"))
-        self.assertEqual([p[1] for p in pairs[:4]], ["chrome", "chrome-steel", "chrome.x", "chromeX"])
+        expected = ["chrome", "chrome-steel", "chrome.x", "chromeX"]
+        self.assertEqual([pair[1] for pair in pairs[:4]], expected)
 
     def test_names_that_are_no_utf8(self):
         names = ["a\udcff", "b", "\udcfe"]
         write_database(self.work / "db", {n: samples(i) for i, n in enumerate(names)})
         results = self.scan("--database", "db")
         self.assertEqual([p[:2] for p in pairs_of(results)],
-                         [("a\udcff", "b"), ("a\udcff", "\udcfe"), ("b", "\udcfe")])  # fmt: skip
+                         [("a\udcff", "b"), ("a\udcff", "\udcfe"), ("b", "\udcfe")])
         self.assertEqual(read_json(results / "summary.json")["materials"], 3)
 
 
@@ -350,8 +357,9 @@ class SameNumbers(ScanCase):
         slabs = set()
         for memory in "400K", "700k", "1MB", "8M", "4G", 500000:
             summary = self.assert_same("--memory", memory, out=f"memory-{memory}")
-            slabs.add(summary["device"]["slabs"])
-            self.assertLessEqual(summary["device"]["peak_bytes"], summary["options"]["memory_bytes"])
+            device = summary["device"]
+            slabs.add(device["slabs"])
+            self.assertLessEqual(device["peak_bytes"], summary["options"]["memory_bytes"])
         self.assertGreaterEqual(len(slabs), 3, slabs)
 
     def test_content_hash(self):

@@ -151,7 +151,7 @@ class Running:
         self.process = subprocess.Popen(
             [PROGRAM, *arguments], cwd=case.work, stdin=subprocess.DEVNULL, text=True,
             stdout=subprocess.PIPE, stderr=stderr,
-        )  # fmt: skip
+        )
 
     def __enter__(self):
         return self
@@ -194,7 +194,7 @@ def mount(case, size):
     result = subprocess.run(
         ["mount", "-t", "tmpfs", "-o", f"size={size}", "tmpfs", directory],
         capture_output=True, text=True, check=False,
-    )  # fmt: skip
+    )
     if result.returncode != 0:
         case.skipTest(f"cannot mount a small disk: {result.stderr.strip()}")
     case.addCleanup(subprocess.run, ["umount", directory], check=True)
