@@ -15,6 +15,7 @@
 #include "app/interrupt.h"
 #include "app/output_directory.h"
 #include "app/progress.h"
+#include "app/refine.h"
 #include "app/version.h"
 #include "engine/device/context.h"
 #include "engine/error.h"
@@ -23,6 +24,7 @@
 #include "scan/disagreements.h"
 #include "scan/selection.h"
 #include "scan/tables.h"
+#include "scan/undecided.h"
 
 namespace merl::app {
 namespace {
@@ -39,6 +41,7 @@ struct Options {
     std::uint32_t per_material = 10;
     std::optional<std::uint64_t> disagreements;  // how many rows to write; all without
     unsigned threads = 0;                        // 0: as many as there are processors
+    bool fast = false;
     bool force = false;
     bool quiet = false;
 };
@@ -59,16 +62,19 @@ class Stopwatch {
 struct Seconds {
     double device = 0;  // opening it
     double distances = 0;
+    double refine = 0;
     double count = 0;
     double select = 0;
     double list = 0;
     double write = 0;
-    double total() const { return device + distances + count + select + list + write; }
+    double total() const { return device + distances + refine + count + select + list + write; }
 };
 
 struct Outcome {
     scan::Distances distances;
     reflectance::DistanceResult computed;
+    Refined refined;
+    std::uint64_t undecided = 0;  // configurations that float32 leaves open; 0 after refining
     scan::Census census;
     std::vector<scan::Configuration> selection;
     std::vector<scan::Configuration> disagreements;
@@ -144,6 +150,9 @@ std::string summary_json(const Options& options, const reflectance::Database& da
           {"tied_in_second_only", o.census.counts.tied_second_only},
           {"tied_in_both", o.census.counts.tied_both},
           {"counted_by", o.census.streamed ? "streaming and inversions" : "inversions"}}},
+        {"exact", !options.fast},
+        {"undecided_in_float32", o.undecided},
+        {"refined_distances", {{d.first_metric, o.refined.first}, {d.second_metric, o.refined.second}}},
         {"strongest_disagreement", strongest},
         {"selection",
          {{"configurations", o.selection.size()}, {"agreement_range", agreement_range}}},
@@ -165,6 +174,7 @@ std::string summary_json(const Options& options, const reflectance::Database& da
         {"seconds",
          {{"device", o.seconds.device},
           {"distances", o.seconds.distances},
+          {"refine", o.seconds.refine},
           {"count", o.seconds.count},
           {"select", o.seconds.select},
           {"list", o.seconds.list},
@@ -205,13 +215,21 @@ void print_summary(const Options& options, const reflectance::Database& database
              fmt::format("{} configurations, agreement {:.6f} to {:.6f}", o.selection.size(),
                          o.selection.front().agreement, o.selection.back().agreement));
     }
+    if (options.fast) {
+        line("undecided", fmt::format("{} configurations, closer than float32 can tell",
+                                      fmt::group_digits(o.undecided)));
+    } else {
+        line("refined", fmt::format("{} + {} distances in float64; {} configurations were closer than "
+                                    "float32 can tell",
+                                    o.refined.first, o.refined.second, fmt::group_digits(o.undecided)));
+    }
     line("device", fmt::format("{} ({}), {}", context.info().name, context.info().kind,
                                context.info().driver));
     const auto& s = o.seconds;
     line("seconds",
-         fmt::format("{:.2f}: device {:.2f}, distances {:.2f}, count {:.3f}, select {:.3f}, "
+         fmt::format("{:.2f}: device {:.2f}, distances {:.2f}, refine {:.2f}, count {:.3f}, select {:.3f}, "
                      "list {:.2f}, write {:.2f}",
-                     s.total(), s.device, s.distances, s.count, s.select, s.list, s.write));
+                     s.total(), s.device, s.distances, s.refine, s.count, s.select, s.list, s.write));
     line("results", options.out);
 }
 
@@ -258,8 +276,18 @@ int run(const Options& options) {
     o.distances = {.names = database->materials(),
                    .first_metric = options.metrics[0],
                    .second_metric = options.metrics[1],
-                   .first = o.computed.distances[0],
-                   .second = o.computed.distances[1]};
+                   .first = o.computed.distances[0].values,
+                   .second = o.computed.distances[1].values,
+                   .first_bounds = o.computed.distances[0].bounds,
+                   .second_bounds = o.computed.distances[1].bounds};
+    o.undecided = scan::count_undecided(o.distances);
+    if (!options.fast) {
+        Progress progress("refining", options.quiet);
+        // The strongest disagreement is printed, so at least one is selected.
+        o.refined = refine(o.distances, *database, metrics, std::max(1U, options.select),
+                           options.per_material, [&](double share) { progress.update(share); });
+    }
+    o.seconds.refine = watch.lap();
     o.census = scan::count_disagreements(o.distances);
     o.seconds.count = watch.lap();
     o.selection = scan::select_configurations(o.distances, options.select, options.per_material);
@@ -329,6 +357,8 @@ void add_scan(CLI::App& program, Command& chosen) {
         ->default_str("1G");
     command->add_option("--threads", options->threads, "Processor threads (default: all)")
         ->check(CLI::Range(1, 4096));
+    command->add_flag("--fast", options->fast,
+                      "Do not refine: float32 decides, and what it leaves open is counted");
     command->add_flag("--force", options->force, "Replace the results in an existing directory");
     command->add_flag("--quiet", options->quiet, "No progress and no summary");
     command->footer(

@@ -126,7 +126,7 @@ void check_framework(device::Context& context, Report& report) {
         const std::array<const Metric*, 1> metric = {&*found};
         const auto result =
             reflectance::compute_distances(context, *database, metric, {.voxels = test.voxels});
-        const double actual = result.distances.at(0).at(0);
+        const double actual = result.distances.at(0).values.at(0);
         report.row(test.text, fmt::format("{:.6f}", test.expected), fmt::format("{:.6f}", actual),
                    relative_error(actual, test.expected), kFrameworkTolerance);
     }
@@ -147,7 +147,7 @@ void check_distances(device::Context& context, Report& report, bool quiet) {
     const auto of = [&](std::string_view name) -> const std::vector<double>& {
         for (std::size_t m = 0; m < metrics.size(); ++m) {
             if (metrics[m]->name == name) {
-                return result.distances[m];
+                return result.distances[m].values;
             }
         }
         throw std::logic_error(fmt::format("no metric {}", name));
@@ -170,7 +170,7 @@ void check_distances(device::Context& context, Report& report, bool quiet) {
         const auto expected = reflectance::reference_distances(*database, *metrics[m], pairs);
         std::vector<double> actual(pairs.size());
         std::transform(pairs.begin(), pairs.end(), actual.begin(), [&](const auto& pair) {
-            return result.distances[m][scan::pair_index({pair.first, pair.second}, count)];
+            return result.distances[m].values[scan::pair_index({pair.first, pair.second}, count)];
         });
         check(fmt::format("{}, float64 on the CPU", metrics[m]->name), actual, expected);
     }

@@ -42,6 +42,19 @@ void validate_values(const std::vector<double>& values, const std::string& metri
     }
 }
 
+void validate_bounds(const std::vector<double>& bounds, const std::string& metric,
+                     std::uint64_t expected) {
+    if (!bounds.empty() && bounds.size() != expected) {
+        throw std::invalid_argument(fmt::format("{} bounds under {}: expected none or {}",
+                                                bounds.size(), metric, expected));
+    }
+    const auto bad = std::ranges::find_if_not(bounds, [](double bound) { return bound >= 0; });
+    if (bad != bounds.end()) {
+        throw std::invalid_argument(
+            fmt::format("a bound under {} is {}: expected zero or more", metric, *bad));
+    }
+}
+
 }  // namespace
 
 Pair pair_at(std::uint32_t index, std::uint32_t materials) {
@@ -59,6 +72,8 @@ void Distances::validate() const {
     validate_names(names);
     validate_values(first, first_metric, names);
     validate_values(second, second_metric, names);
+    validate_bounds(first_bounds, first_metric, first.size());
+    validate_bounds(second_bounds, second_metric, second.size());
 }
 
 }  // namespace merl::scan

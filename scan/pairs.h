@@ -51,13 +51,19 @@ struct Distances {
     std::vector<double> first;       ///< D1 of every pair, in pair order
     std::vector<double> second;      ///< D2 of every pair, in pair order
 
+    /// How far each distance can be from the exact one; 0 for an exact one. Empty: all are exact.
+    /// Only `to_refine`, `count_undecided` and `write_pairs` look at them.
+    std::vector<double> first_bounds = {};
+    std::vector<double> second_bounds = {};
+
     std::uint32_t materials() const { return static_cast<std::uint32_t>(names.size()); }
     std::uint32_t pairs() const { return static_cast<std::uint32_t>(first.size()); }
     std::uint64_t configurations() const { return configuration_count(first.size()); }
 
     /// Throws std::invalid_argument, naming what was found and what was expected, unless there are
     /// 2 to max_materials names in strictly ascending order, one distance per pair in both metrics,
-    /// and every distance is finite and not negative. O(P).
+    /// every distance is finite and not negative, and bounds are none or one per pair, zero or more.
+    /// O(P).
     void validate() const;
 };
 

@@ -103,11 +103,29 @@ std::string configuration_header(const Distances& distances) {
 
 void write_pairs(int file, const Distances& distances) {
     distances.validate();
-    write_all(file, fmt::format("material_1,material_2,{},{}\n", csv_field(distances.first_metric),
-                                csv_field(distances.second_metric)));
+    const auto& d = distances;
+    const bool bounded = !d.first_bounds.empty() && !d.second_bounds.empty();
+    std::string header = "material_1,material_2," + csv_field(d.first_metric) + ',' +
+                         csv_field(d.second_metric);
+    for (const auto* column : {"_bound", "_precision"}) {
+        for (const auto& metric : {d.first_metric, d.second_metric}) {
+            header += bounded ? ',' + csv_field(metric + column) : "";
+        }
+    }
+    write_all(file, header + '\n');
     write_rows(file, distances.pairs(), [&](std::string& text, std::size_t row) {
         const PairText pair = text_of(distances, static_cast<std::uint32_t>(row));
-        text += pair.names + ',' + pair.first + ',' + pair.second + '\n';
+        text += pair.names + ',' + pair.first + ',' + pair.second;
+        if (bounded) {
+            for (const double bound : {d.first_bounds[row], d.second_bounds[row]}) {
+                text += ',';
+                append_number(text, bound);
+            }
+            for (const double bound : {d.first_bounds[row], d.second_bounds[row]}) {
+                text += bound == 0 ? ",float64" : ",float32";
+            }
+        }
+        text += '\n';
     });
 }
 

@@ -13,7 +13,8 @@ namespace merl::scan {
 // std::system_error when writing fails (a full disk) and std::invalid_argument for bad distances.
 // Opening, syncing and closing the file is the caller's.
 
-/// material_1,material_2,D1,D2: one row a pair, in pair order.
+/// material_1,material_2,D1,D2 and, where bounds are known, D1_bound,D2_bound,D1_precision,
+/// D2_precision (float32, or float64 where the bound is 0): one row a pair, in pair order.
 void write_pairs(int file, const Distances& distances);
 
 /// left_1,left_2,right_1,right_2,D1_left,D1_right,D2_left,D2_right,agreement: one row a

@@ -1,4 +1,4 @@
-# Turns each metric file into a library entry: its two kernels as SPIR-V, its text, and its float64
+# Turns each metric file into a library entry: its four kernels as SPIR-V, its text, and its float64
 # twin compiled from the same file. Adds everything to `target`.
 
 find_program(GLSLANG_VALIDATOR glslangValidator REQUIRED)
@@ -38,18 +38,24 @@ function(add_metrics target folder list)
     set(METRIC_PER_CHANNEL 0)
     if(METRIC_SOURCE MATCHES "\n// degree: ([0-9]+)(/([0-9]+))?\n")
       set(METRIC_PER_CHANNEL 1)
-      set(denominator 1)
+      set(degree_numerator ${CMAKE_MATCH_1})
+      set(degree_denominator 1)
       if(CMAKE_MATCH_3)
-        set(denominator ${CMAKE_MATCH_3})
+        set(degree_denominator ${CMAKE_MATCH_3})
       endif()
-      set(defines -DDEGREE_NUMERATOR=${CMAKE_MATCH_1} -DDEGREE_DENOMINATOR=${denominator})
+      set(defines -DDEGREE_NUMERATOR=${degree_numerator} -DDEGREE_DENOMINATOR=${degree_denominator})
     endif()
     file(CONFIGURE OUTPUT ${CMAKE_CURRENT_BINARY_DIR}/metrics/${METRIC_ID}/chosen_metric.glsl
          CONTENT "#include \"${METRIC_FILE}\"\n" @ONLY)
+    set(METRIC_DEGREE 0)
+    if(METRIC_PER_CHANNEL)
+      set(METRIC_DEGREE "${degree_numerator}.0 / ${degree_denominator}.0")
+    endif()
     configure_file(${PROJECT_SOURCE_DIR}/engine/reflectance/metric.cpp.in
                    ${CMAKE_CURRENT_BINARY_DIR}/metrics/${METRIC_ID}.cpp @ONLY)
-    compile_metric_kernel(${METRIC_ID} prepare "${defines}")
-    compile_metric_kernel(${METRIC_ID} difference "${defines}")
+    foreach(stage weigh prepare norms difference)
+      compile_metric_kernel(${METRIC_ID} ${stage} "${defines}")
+    endforeach()
     target_sources(${target} PRIVATE ${CMAKE_CURRENT_BINARY_DIR}/metrics/${METRIC_ID}.cpp)
     string(APPEND declarations "extern const Metric metric_${METRIC_ID};\n")
     string(APPEND entries "glsl::metric_${METRIC_ID}, ")

@@ -69,7 +69,7 @@ Allocation::~Allocation() {
     context.allocated -= allocated;
 }
 
-Buffer::Buffer(Context& context, std::uint64_t bytes, Traffic traffic, bool texels)
+Buffer::Buffer(Context& context, std::uint64_t bytes, Traffic traffic, Texels texels)
     : handles_(std::make_unique<Handles>()) {
     using Usage = vk::BufferUsageFlagBits;
     auto& c = context.handles();
@@ -77,13 +77,13 @@ Buffer::Buffer(Context& context, std::uint64_t bytes, Traffic traffic, bool texe
     h.bytes = bytes;
     h.traffic = traffic;
     if (bytes == 0 || bytes > c.info.limits.storage_buffer_bytes ||
-        (texels && bytes / 16 > c.info.limits.texel_buffer_texels)) {
+        (texels != Texels::none && bytes / 16 > c.info.limits.texel_buffer_texels)) {
         throw std::logic_error(fmt::format("a buffer of {} bytes was planned; {} allows 1 to {}",
                                            bytes, c.info.name, c.info.limits.storage_buffer_bytes));
     }
     guarded("creating a buffer", [&] {
         vk::BufferUsageFlags usage = Usage::eStorageBuffer;
-        if (texels) {
+        if (texels != Texels::none) {
             usage |= Usage::eUniformTexelBuffer;
         }
         const bool mappable = !c.force_staging && traffic != Traffic::none &&
@@ -101,9 +101,10 @@ Buffer::Buffer(Context& context, std::uint64_t bytes, Traffic traffic, bool texe
                 c, bytes, up ? Usage::eTransferSrc : Usage::eTransferDst,
                 up ? kHostVisible : kHostVisible | Property::eHostCached, true);
         }
-        if (texels) {
+        if (texels != Texels::none) {
             h.texels = {c.device,
-                        {{}, *h.device->buffer, vk::Format::eR32G32B32A32Sfloat, 0, VK_WHOLE_SIZE}};
+                        {{}, *h.device->buffer, texels == Texels::floats ? vk::Format::eR32G32B32A32Sfloat
+: vk::Format::eR32G32B32A32Uint, 0, VK_WHOLE_SIZE}};
         }
     });
 }

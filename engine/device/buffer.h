@@ -16,7 +16,10 @@ enum class Traffic {
     download,  // kernels write, the host reads
 };
 
-/// Device memory that kernels use as a storage buffer, and as an rgba32f texel buffer if asked.
+/// How a buffer is read besides as a storage buffer: as a texel buffer of four 32-bit numbers a texel.
+enum class Texels { none, floats, words };
+
+/// Device memory that kernels use as a storage buffer, and as a texel buffer if asked.
 ///
 /// Upload and download buffers can be reached from the host through `host()`. Where the device has
 /// memory that both sides reach (lavapipe, integrated GPUs, resizable BAR) that is the buffer
@@ -24,7 +27,7 @@ enum class Traffic {
 class Buffer {
   public:
     /// Throws Error (device) that names the size when memory runs out.
-    Buffer(Context& context, std::uint64_t bytes, Traffic traffic, bool texels = false);
+    Buffer(Context& context, std::uint64_t bytes, Traffic traffic, Texels texels = Texels::none);
     ~Buffer();
     Buffer(Buffer&&) noexcept;
     Buffer& operator=(Buffer&&) noexcept;

@@ -91,7 +91,10 @@ DeviceInfo describe(const vk::raii::PhysicalDevice& physical, std::uint32_t inde
             info.limits.heap_bytes = std::max<std::uint64_t>(info.limits.heap_bytes, heap.size);
         }
     }
-    const auto format = physical.getFormatProperties(vk::Format::eR32G32B32A32Sfloat);
+    const auto texels = [&](vk::Format format) {
+        return (physical.getFormatProperties(format).bufferFeatures &
+                vk::FormatFeatureFlagBits::eUniformTexelBuffer) == vk::FormatFeatureFlagBits::eUniformTexelBuffer;
+    };
     const auto subgroup =
         vk::SubgroupFeatureFlagBits::eBasic | vk::SubgroupFeatureFlagBits::eArithmetic;
     if (!compute_queue_family(physical)) {
@@ -99,8 +102,10 @@ DeviceInfo describe(const vk::raii::PhysicalDevice& physical, std::uint32_t inde
     } else if ((v11.subgroupSupportedOperations & subgroup) != subgroup ||
                !(v11.subgroupSupportedStages & vk::ShaderStageFlagBits::eCompute)) {
         info.refusal = "it has no subgroup arithmetic in compute shaders";
-    } else if (!(format.bufferFeatures & vk::FormatFeatureFlagBits::eUniformTexelBuffer)) {
-        info.refusal = "it cannot read rgba32f texel buffers";
+    } else if (!texels(vk::Format::eR32G32B32A32Sfloat) || !texels(vk::Format::eR32G32B32A32Uint)) {
+        info.refusal = "it cannot read texel buffers of four 32-bit numbers";
+    } else if (!physical.getFeatures().shaderFloat64) {
+        info.refusal = "it has no float64 in shaders";
     }
     return info;
 }
@@ -309,6 +314,9 @@ Context::Context(const ContextOptions& options) {
     const float priority = 1.0F;
     vk::DeviceQueueCreateInfo queue({}, h.queue_family, 1, &priority);
     create.setQueueCreateInfos(queue);
+    vk::PhysicalDeviceFeatures features;
+    features.shaderFloat64 = true;
+    create.pEnabledFeatures = &features;
     create.setPEnabledExtensionNames(extensions);
     guarded("vkCreateDevice", [&] {
         h.device = {h.physical, create};

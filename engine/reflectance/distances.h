@@ -33,9 +33,17 @@ struct DistanceSeconds {
     double total = 0;       // from start to end
 };
 
+/// E of SPEC equation 4.20 for each pair (0,1), (0,2) … (1,2) … of materials under one metric.
+struct MetricDistances {
+    std::vector<double> values;
+    /// How far each can be from the exact value (error_bound.h); infinite where no bound is known.
+    std::vector<double> bounds;
+
+    bool operator==(const MetricDistances&) const = default;
+};
+
 struct DistanceResult {
-    /// E of SPEC equation 4.20 for each metric and each pair (0,1), (0,2) … (1,2) … of materials.
-    std::vector<std::vector<double>> distances;
+    std::vector<MetricDistances> distances;  // per metric
     std::vector<MaterialCounts> counts;  // per material
     std::string content_hash;
     std::uint64_t voxels = 0;  // visited

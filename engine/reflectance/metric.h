@@ -14,16 +14,23 @@ namespace merl::reflectance {
 /// The voxels over which one float32 partial sum runs; shaders/framework/metric.glsl has the same.
 constexpr std::uint32_t kBlockVoxels = 1024;
 
-using Rgb = std::array<double, 3>;
+/// Voxels of a cell, the unit that a kernel prepares at a time; likewise.
+constexpr std::uint32_t kCellVoxels = 4;
 
-/// The same metric file compiled as C++ in float64: the reference that device results are held to.
+/// One block of one material: red, green and blue (or what a transform makes of them), zero beyond
+/// the last voxel.
+using BlockSamples = std::array<std::array<double, kBlockVoxels>, 3>;
+using BlockWeights = std::array<double, kBlockVoxels>;
+
+/// The same metric file compiled as C++ in float64: the reference that device results are held to,
+/// and what refines them. One block at a time; sums have a fixed order on every processor.
 struct MetricTwin {
-    /// transform(f, v): one BRDF's sample (1/sr) in the metric's own space.
-    Rgb (*transform)(const Rgb& f, const Voxel& voxel);
-    /// weight(v): what the voxel weighs.
-    double (*weight)(const Voxel& voxel);
-    /// Σ g·h over `weights.size()` voxels; a and b are transformed samples, three numbers a voxel.
-    double (*sum)(std::span<const Rgb> a, std::span<const Rgb> b, std::span<const double> weights);
+    /// transform(f, v) of every voxel of a block, in place.
+    void (*transform)(std::span<const Voxel, kBlockVoxels> voxels, BlockSamples& samples);
+    /// weight(v) of every voxel of a block.
+    void (*weigh)(std::span<const Voxel, kBlockVoxels> voxels, BlockWeights& weights);
+    /// Σ g·h of a block; a and b are transformed samples.
+    double (*sum)(const BlockSamples& a, const BlockSamples& b, const BlockWeights& weights);
 };
 
 /// One metric of the family of SPEC §2: a transform, a weight and a difference (SPEC §3), made by
@@ -31,21 +38,26 @@ struct MetricTwin {
 struct Metric {
     std::string_view name;    // the file's name without extension
     std::string_view source;  // the text of the file
-    bool per_channel =
-        false;  // declares a `degree`: h is a sum of homogeneous functions of channels
+    /// The declared `degree` p: h is a sum over channels of a function with h(s·d) = |s|^p·h(d).
+    /// 0 when there is none: any function of two samples, for which no error bound is known.
+    double degree = 0;
+    std::span<const std::uint32_t> weigh_spirv;
     std::span<const std::uint32_t> prepare_spirv;
+    std::span<const std::uint32_t> norms_spirv;
     std::span<const std::uint32_t> difference_spirv;
     MetricTwin twin;
 
     /// The value of `// key: value` in the file's header; empty when there is none.
     std::string_view header(std::string_view key) const;
 
+    bool has_bound() const { return degree > 0; }
+
+    /// Whether difference.comp also sums errors: a power below one is steep near zero.
+    bool has_error_sums() const { return degree > 0 && degree < 1; }
+
     /// How the grid of this metric is cut into texels (shaders/framework/metric.glsl).
-    std::uint32_t voxels_per_cell() const { return per_channel ? 4 : 1; }
-    std::uint32_t texels_per_cell() const { return per_channel ? 3 : 1; }
-    std::uint32_t block_texels() const {
-        return kBlockVoxels / voxels_per_cell() * texels_per_cell();
-    }
+    std::uint32_t cell_texels() const { return degree > 0 ? 3 : 4; }
+    std::uint32_t block_texels() const { return kBlockVoxels / kCellVoxels * cell_texels(); }
 };
 
 /// Every metric of the library, by name.

@@ -1,8 +1,8 @@
 #pragma once
 
 // Compiles a metric's GLSL file as C++ in float64. Included only by the generated file of each
-// metric (engine/reflectance/metric.cpp.in): GLM gives the vector types, this file the functions of
-// shaders/lib/numerics.glsl in double precision, and `float` means double in what follows.
+// metric (metric.cpp.in): GLM gives the types and functions of GLSL, shaders/lib/numerics.glsl is
+// the same file, and `float` means double in what follows.
 
 #include <cmath>
 #include <glm/common.hpp>
@@ -14,30 +14,22 @@
 #include <glm/vec4.hpp>
 
 #include "engine/reflectance/metric.h"
+#include "engine/widest_vectors.h"
 
 #pragma GCC diagnostic ignored "-Wunused-parameter"
 #pragma GCC diagnostic ignored "-Wunused-function"
 
 namespace merl::reflectance::glsl {
+namespace {
 
 using namespace glm;  // the functions of GLSL
 using vec2 = glm::dvec2;
 using vec3 = glm::dvec3;
 using vec4 = glm::dvec4;
 
-inline double cube_root(double x) {
-    return std::cbrt(x);
-}
+#include "lib/numerics.glsl"
 
-inline double two_thirds_power(double d) {
-    const double root = std::cbrt(d);
-    return root * root;
-}
-
-inline vec3 to_vec3(const Rgb& rgb) {
-    return {rgb[0], rgb[1], rgb[2]};
-}
-
+}  // namespace
 }  // namespace merl::reflectance::glsl
 
 #define float double

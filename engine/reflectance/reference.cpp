@@ -4,75 +4,162 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
+#include <functional>
+#include <memory>
 
 namespace merl::reflectance {
 namespace {
 
 /// Blocks whose sums are held at a time, before they are added to the totals in order.
-constexpr std::uint64_t kBlocksAtATime = 64;
+constexpr std::uint64_t kBlocksAtATime = 256;
 
-/// The samples of one material at the voxels of `runs`, transformed.
-std::vector<Rgb> transformed(const Database& database, const Domain& domain, const Metric& metric,
-                             std::uint32_t material, std::span<const VoxelRun> runs) {
-    const VoxelRange file = {runs.front().file_index, runs.back().file_index + runs.back().length};
-    std::vector<double> samples(3 * file.size());
-    database.read(material, file, samples);
-    std::vector<Rgb> result;
-    for (const auto& run : runs) {
-        for (std::uint64_t i = run.file_index; i < run.file_index + run.length; ++i) {
-            Rgb rgb;
-            for (std::size_t plane = 0; plane < 3; ++plane) {
-                rgb[plane] = std::max(0.0, samples[plane * file.size() + (i - file.first)]);
+/// Bytes of samples that one thread holds at a time: fewer files are opened, and they stay in cache.
+constexpr std::uint64_t kThreadBytes = 32ULL << 20U;
+
+/// The materials of all pairs, ascending.
+std::vector<std::uint32_t> materials_of(std::span<const ReferenceRequest> requests) {
+    std::vector<std::uint32_t> materials;
+    for (const auto& request : requests) {
+        for (const auto& [a, b] : request.pairs) {
+            materials.push_back(a);
+            materials.push_back(b);
+        }
+    }
+    std::ranges::sort(materials);
+    materials.erase(std::unique(materials.begin(), materials.end()), materials.end());
+    return materials;
+}
+
+/// The voxels of some consecutive blocks.
+struct Part {
+    std::vector<VoxelRun> runs;
+    std::uint64_t first = 0;  // position of the first voxel
+    std::uint64_t voxels = 0;
+    std::uint64_t blocks = 0;
+};
+
+/// One material's samples at the voxels of a part, negative ones as zero, block by block.
+std::vector<BlockSamples> read_part(const Database& database, std::uint32_t material, const Part& part,
+                                    std::vector<double>& scratch) {
+    const VoxelRange file = {part.runs.front().file_index,
+                             part.runs.back().file_index + part.runs.back().length};
+    scratch.resize(3 * file.size());
+    database.read(material, file, scratch);
+    std::vector<BlockSamples> blocks(part.blocks);
+    for (const auto& run : part.runs) {
+        for (std::size_t plane = 0; plane < 3; ++plane) {
+            const double* from = scratch.data() + plane * file.size() + (run.file_index - file.first);
+            for (std::uint64_t i = 0; i < run.length; ++i) {
+                const std::uint64_t at = run.position - part.first + i;
+                blocks[at / kBlockVoxels][plane][at % kBlockVoxels] = std::max(0.0, from[i]);
             }
-            result.push_back(metric.twin.transform(rgb, domain.voxel(i)));
+        }
+    }
+    return blocks;
+}
+
+/// One block's sums of all requests, one request after the other.
+using Sums = std::vector<double>;
+
+/// Sums of every request and pair over each block of a part.
+void sum_part(const Database& database, const Domain& domain,
+              std::span<const ReferenceRequest> requests, std::span<const std::uint32_t> materials,
+              const Part& part, std::span<Sums> sums) {
+    std::vector<Voxel> voxels(part.blocks * kBlockVoxels);
+    for (const auto& run : part.runs) {
+        for (std::uint64_t i = 0; i < run.length; ++i) {
+            voxels[run.position - part.first + i] = domain.voxel(run.file_index + i);
+        }
+    }
+    std::vector<double> scratch;
+    std::vector<std::vector<BlockSamples>> samples(database.materials().size());
+    for (const auto material : materials) {
+        samples[material] = read_part(database, material, part, scratch);
+    }
+    std::size_t at = 0;  // of the request in the sums of a block
+    std::vector<std::unique_ptr<BlockSamples>> grid(samples.size());
+    for (const auto& request : requests) {
+        const auto used = materials_of({&request, 1});
+        for (std::uint64_t block = 0; block < part.blocks; ++block) {
+            const std::span<const Voxel, kBlockVoxels> of_block(voxels.data() + block * kBlockVoxels,
+                                                                kBlockVoxels);
+            BlockWeights weights = {};
+            request.metric->twin.weigh(of_block, weights);
+            const std::uint64_t filled = std::min<std::uint64_t>(part.voxels - block * kBlockVoxels,
+                                                                 kBlockVoxels);
+            std::fill(weights.begin() + static_cast<std::ptrdiff_t>(filled), weights.end(), 0.0);
+            for (const auto material : used) {
+                if (!grid[material]) {
+                    grid[material] = std::make_unique<BlockSamples>();
+                }
+                *grid[material] = samples[material][block];
+                request.metric->twin.transform(of_block, *grid[material]);
+            }
+            for (std::size_t p = 0; p < request.pairs.size(); ++p) {
+                const auto [a, b] = request.pairs[p];
+                sums[block][at + p] = request.metric->twin.sum(*grid[a], *grid[b], weights);
+            }
+        }
+        at += request.pairs.size();
+    }
+}
+
+}  // namespace
+
+std::vector<std::vector<double>> reference_distances(const Database& database,
+                                                     std::span<const ReferenceRequest> requests,
+                                                     VoxelSet set,
+                                                     const std::function<void(double)>& progress) {
+    const Domain domain(database.grid());
+    const VoxelList list(domain, set);
+    const std::uint64_t blocks = (list.size() + kBlockVoxels - 1) / kBlockVoxels;
+    const auto materials = materials_of(requests);
+    std::size_t pair_count = 0;
+    for (const auto& request : requests) {
+        pair_count += request.pairs.size();
+    }
+    const std::uint64_t part_blocks = std::clamp<std::uint64_t>(
+        kThreadBytes / (sizeof(BlockSamples) * std::max<std::size_t>(1, materials.size())), 1, 64);
+
+    Sums totals(pair_count);
+    std::vector<Sums> sums(kBlocksAtATime, Sums(pair_count));
+    for (std::uint64_t first = 0; first < blocks && pair_count > 0; first += kBlocksAtATime) {
+        const std::uint64_t count = std::min(kBlocksAtATime, blocks - first);
+        const std::uint64_t parts = (count + part_blocks - 1) / part_blocks;
+        tbb::parallel_for(std::uint64_t{0}, parts, [&](std::uint64_t i) {
+            const std::uint64_t part_first = i * part_blocks;
+            Part part = {.runs = {},
+                         .first = (first + part_first) * kBlockVoxels,
+                         .voxels = 0,
+                         .blocks = std::min(part_blocks, count - part_first)};
+            const std::uint64_t last = std::min(part.first + part.blocks * kBlockVoxels, list.size());
+            part.voxels = last - part.first;
+            part.runs = list.runs(part.first, last);
+            sum_part(database, domain, requests, materials, part,
+                     std::span(sums).subspan(part_first, part.blocks));
+        });
+        for (std::uint64_t i = 0; i < count; ++i) {
+            std::transform(totals.begin(), totals.end(), sums[i].begin(), totals.begin(), std::plus<>());
+        }
+        if (progress) {
+            progress(static_cast<double>(first + count) / static_cast<double>(blocks));
+        }
+    }
+    std::vector<std::vector<double>> result;
+    auto total = totals.begin();
+    for (const auto& request : requests) {
+        auto& distances = result.emplace_back();
+        for (std::size_t p = 0; p < request.pairs.size(); ++p) {
+            distances.push_back(std::sqrt(*total++ / static_cast<double>(database.grid().voxels())));
         }
     }
     return result;
 }
 
-}  // namespace
-
 std::vector<double> reference_distances(const Database& database, const Metric& metric,
                                         std::span<const MaterialPair> pairs, VoxelSet set) {
-    const Domain domain(database.grid());
-    const VoxelList voxels(domain, set);
-    const std::uint64_t blocks = (voxels.size() + kBlockVoxels - 1) / kBlockVoxels;
-    std::vector<double> totals(pairs.size());
-    std::vector<std::vector<double>> sums(kBlocksAtATime, std::vector<double>(pairs.size()));
-    for (std::uint64_t first = 0; first < blocks; first += kBlocksAtATime) {
-        const std::uint64_t count = std::min(kBlocksAtATime, blocks - first);
-        tbb::parallel_for(std::uint64_t{0}, count, [&](std::uint64_t i) {
-            const std::uint64_t from = (first + i) * kBlockVoxels;
-            const auto runs = voxels.runs(from, std::min(from + kBlockVoxels, voxels.size()));
-            std::vector<double> weights;
-            for (const auto& run : runs) {
-                for (std::uint64_t j = 0; j < run.length; ++j) {
-                    weights.push_back(metric.twin.weight(domain.voxel(run.file_index + j)));
-                }
-            }
-            std::map<std::uint32_t, std::vector<Rgb>> grids;
-            const auto grid = [&](std::uint32_t material) -> const std::vector<Rgb>& {
-                auto& entry = grids[material];
-                if (entry.empty()) {
-                    entry = transformed(database, domain, metric, material, runs);
-                }
-                return entry;
-            };
-            for (std::size_t p = 0; p < pairs.size(); ++p) {
-                sums[i][p] = metric.twin.sum(grid(pairs[p].first), grid(pairs[p].second), weights);
-            }
-        });
-        for (std::uint64_t i = 0; i < count; ++i) {
-            for (std::size_t p = 0; p < pairs.size(); ++p) {
-                totals[p] += sums[i][p];
-            }
-        }
-    }
-    for (double& total : totals) {
-        total = std::sqrt(total / static_cast<double>(database.grid().voxels()));
-    }
-    return totals;
+    const ReferenceRequest request = {&metric, {pairs.begin(), pairs.end()}};
+    return reference_distances(database, {&request, 1}, set).front();
 }
 
 }  // namespace merl::reflectance

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <utility>
 #include <vector>
@@ -13,9 +14,22 @@ namespace merl::reflectance {
 
 using MaterialPair = std::pair<std::uint32_t, std::uint32_t>;
 
-/// E of SPEC equation 4.20 for some pairs of materials, in float64 on the CPU, from the metric's
-/// own file and the database's float64 samples (negative numbers count as zero). Deterministic:
-/// sums run over blocks of kBlockVoxels voxels, then over blocks, whatever the number of threads.
+/// Some pairs of materials under one metric.
+struct ReferenceRequest {
+    const Metric* metric;
+    std::vector<MaterialPair> pairs;
+};
+
+/// E of SPEC equation 4.20 for each request and pair, in float64 on the CPU, from the metric's own
+/// file and the database's float64 samples (negative numbers count as zero); each material is read
+/// once. Deterministic: sums run over blocks of kBlockVoxels voxels, then over blocks, whatever the
+/// number of threads and whichever other pairs are asked for. `progress` is called between pieces of
+/// work with the share done and may throw.
+std::vector<std::vector<double>> reference_distances(
+    const Database& database, std::span<const ReferenceRequest> requests,
+    VoxelSet set = VoxelSet::above_horizon, const std::function<void(double)>& progress = {});
+
+/// The same for a single metric.
 std::vector<double> reference_distances(const Database& database, const Metric& metric,
                                         std::span<const MaterialPair> pairs,
                                         VoxelSet set = VoxelSet::above_horizon);

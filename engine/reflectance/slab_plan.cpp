@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "engine/error.h"
 
@@ -16,8 +17,9 @@ std::uint64_t divide_up(std::uint64_t a, std::uint64_t b) {
     return (a + b - 1) / b;
 }
 
+/// Rounded up, so that what is said to be enough is enough.
 std::string mebibytes(std::uint64_t bytes) {
-    return fmt::format("{:.1f} MiB", static_cast<double>(bytes) / 1048576.0);
+    return fmt::format("{:.1f} MiB", std::ceil(static_cast<double>(bytes) / 104857.6) / 10);
 }
 
 }  // namespace
@@ -42,14 +44,20 @@ SlabPlan plan_slabs(const device::Limits& limits, std::uint64_t memory_bytes,
                      .padded_materials = static_cast<std::uint32_t>(tiles_across * kTile),
                      .tiles_across = static_cast<std::uint32_t>(tiles_across),
                      .tiles = static_cast<std::uint32_t>(tiles)};
+    std::uint64_t sums = 0;  // buffers of pair sums that a slab in flight has
+    std::uint64_t norms = 0;
+    for (const auto* metric : metrics) {
+        sums += metric->has_error_sums() ? 2 : 1;
+        norms += metric->has_bound() ? 1 : 0;
+    }
     const auto bytes_of = [&](std::uint64_t blocks) {
         plan.slab_blocks = static_cast<std::uint32_t>(blocks);
-        return 2 * (plan.samples_bytes() + plan.voxels_bytes() +
-                    metrics.size() * plan.sums_bytes()) +
-               plan.grid_bytes(block_texels);
+        return 2 * (plan.samples_bytes() + plan.geometry_bytes() + sums * plan.sums_bytes() +
+                    norms * plan.norms_bytes()) +
+               plan.weights_bytes() + plan.grid_bytes(block_texels);
     };
     const auto block_bytes = bytes_of(1);
-    const auto largest = std::max({plan.samples_bytes(), plan.voxels_bytes(), plan.sums_bytes(),
+    const auto largest = std::max({plan.samples_bytes(), plan.geometry_bytes(), plan.sums_bytes(),
                                    plan.grid_bytes(block_texels)});
     const auto buffer_limit = std::min(
         {limits.storage_buffer_bytes, limits.allocation_bytes, limits.texel_buffer_texels * 16});
@@ -60,8 +68,8 @@ SlabPlan plan_slabs(const device::Limits& limits, std::uint64_t memory_bytes,
     }
     if (block_bytes > memory_bytes) {
         throw Error(Fault::usage,
-                    fmt::format("--memory {} is too small: {} materials need at least {}",
-                                mebibytes(memory_bytes), materials, mebibytes(block_bytes)));
+                    fmt::format("--memory {} bytes is too small: {} materials need at least {} ({} bytes)",
+                                memory_bytes, materials, mebibytes(block_bytes), block_bytes));
     }
     const auto all_blocks = std::max<std::uint64_t>(1, divide_up(voxels, kBlockVoxels));
     const auto blocks =

@@ -5,6 +5,7 @@
 
 #include "engine/device/context.h"
 #include "engine/reflectance/metric.h"
+#include "engine/reflectance/slab_reader.h"
 
 namespace merl::reflectance {
 
@@ -24,9 +25,14 @@ struct SlabPlan {
 
     std::uint64_t slab_voxels() const { return std::uint64_t{slab_blocks} * kBlockVoxels; }
 
-    // Sizes of the buffers in bytes; grid is shared by the slabs in flight and by the metrics.
-    std::uint64_t samples_bytes() const { return slab_voxels() * materials * 3 * sizeof(float); }
-    std::uint64_t voxels_bytes() const { return slab_voxels() * 8 * sizeof(float); }
+    // Sizes of the buffers in bytes; weights and grid are shared by the slabs in flight and by the
+    // metrics.
+    std::uint64_t samples_bytes() const { return slab_voxels() * materials * 3 * sizeof(double); }
+    std::uint64_t geometry_bytes() const { return slab_voxels() * kGeometryNumbers * sizeof(double); }
+    std::uint64_t weights_bytes() const { return slab_voxels() * sizeof(double); }
+    std::uint64_t norms_bytes() const {
+        return std::uint64_t{slab_blocks} * padded_materials * sizeof(float);
+    }
     std::uint64_t grid_bytes(std::uint32_t block_texels) const {
         return std::uint64_t{slab_blocks} * padded_materials * block_texels * 16;
     }

@@ -21,8 +21,8 @@ SlabReader::SlabReader(const Database& database, const Domain& domain, const Vox
       counts_(database.materials().size()),
       hash_(database.materials().size()) {}
 
-void SlabReader::read(std::uint64_t first, std::uint64_t last, std::span<float> samples,
-                      std::uint64_t stride, std::span<float> geometry) {
+void SlabReader::read(std::uint64_t first, std::uint64_t last, std::span<double> samples,
+                      std::uint64_t stride, std::span<double> geometry) {
     const auto runs = voxels_.runs(first, last);
     const bool final_slab = last == voxels_.size();
     const VoxelRange file = {file_position_, final_slab || runs.empty()
@@ -35,18 +35,18 @@ void SlabReader::read(std::uint64_t first, std::uint64_t last, std::span<float> 
     tbb::parallel_for(std::size_t{0}, runs.size(), [&](std::size_t i) {
         for (std::uint64_t j = 0; j < runs[i].length; ++j) {
             const Voxel v = domain_.voxel(runs[i].file_index + j);
-            const std::array<double, 8> numbers = {v.theta_h,     v.theta_d,     v.phi_d, v.s_merl,
-                                                   v.cos_theta_i, v.cos_theta_o, 0,       0};
-            const auto to = geometry.subspan((runs[i].position - first + j) * 8, 8);
-            std::transform(numbers.begin(), numbers.end(), to.begin(),
-                           [](double x) { return static_cast<float>(x); });
+            const std::array<double, kGeometryNumbers> numbers = {
+                v.theta_h, v.theta_d, v.phi_d, v.s_merl, v.cos_theta_i, v.cos_theta_o};
+            std::copy(numbers.begin(), numbers.end(),
+                      geometry.begin() + static_cast<std::ptrdiff_t>(
+                                             (runs[i].position - first + j) * kGeometryNumbers));
         }
     });
 }
 
 void SlabReader::read_material(std::size_t material, VoxelRange file,
                                std::span<const VoxelRun> runs, std::uint64_t first,
-                               std::span<float> samples, std::uint64_t stride) {
+                               std::span<double> samples, std::uint64_t stride) {
     thread_local std::vector<double> scratch;
     scratch.resize(3 * kReadVoxels);
     auto run = runs.begin();
@@ -76,10 +76,10 @@ void SlabReader::read_material(std::size_t material, VoxelRange file,
                 negatives(red + from, green + from, blue + from, length);
             for (std::size_t plane = 0; plane < 3; ++plane) {
                 const double* in = planes.data() + plane * part.size() + from;
-                float* out = samples.data() + (material * 3 + plane) * stride +
+                double* out = samples.data() + (material * 3 + plane) * stride +
                              (run->position - first) + done_of_run;
                 for (std::uint64_t i = 0; i < length; ++i) {
-                    out[i] = static_cast<float>(in[i] > 0 ? in[i] : 0.0);
+                    out[i] = in[i] > 0 ? in[i] : 0.0;
                 }
             }
             done_of_run += length;

@@ -17,17 +17,20 @@ struct MaterialCounts {
     std::uint64_t negative_above_horizon = 0;  // of them, where a metric would have seen them
 };
 
-/// Reads a database slab by slab, in order, as float32 for the device.
+/// Numbers of one voxel in the geometry of a slab, in the order of Voxel.
+constexpr std::size_t kGeometryNumbers = 6;
+
+/// Reads a database slab by slab, in order, for the device.
 class SlabReader {
   public:
     SlabReader(const Database& database, const Domain& domain, const VoxelList& voxels);
 
     /// Fills `samples` with the visited voxels at positions [first, last) of all materials, as
-    /// [material][channel][stride]; negative numbers become zero. Fills `geometry` with eight
-    /// numbers a voxel (theta_h, theta_d, phi_d, s_merl, cos_theta_i, cos_theta_o, 0, 0).
+    /// [material][channel][stride]; negative numbers become zero. Fills `geometry` with
+    /// kGeometryNumbers a voxel. What lies beyond the last voxel is left as it is.
     /// Slabs must come in order and without gaps; several threads share the work of one.
-    void read(std::uint64_t first, std::uint64_t last, std::span<float> samples,
-              std::uint64_t stride, std::span<float> geometry);
+    void read(std::uint64_t first, std::uint64_t last, std::span<double> samples,
+              std::uint64_t stride, std::span<double> geometry);
 
     /// After the last slab.
     const std::vector<MaterialCounts>& counts() const { return counts_; }
@@ -35,7 +38,7 @@ class SlabReader {
 
   private:
     void read_material(std::size_t material, VoxelRange file, std::span<const VoxelRun> runs,
-                       std::uint64_t first, std::span<float> samples, std::uint64_t stride);
+                       std::uint64_t first, std::span<double> samples, std::uint64_t stride);
 
     const Database& database_;
     const Domain& domain_;

@@ -8,17 +8,25 @@
 // against kTile materials (columns), with a lane to every few texels.
 
 #include "framework/metric.glsl"
+#include "framework/texel_difference.glsl"
 
 layout(local_size_x_id = 0) in;
 
 layout(binding = 0) uniform samplerBuffer grid;                       // [block][material][texel]
 layout(std430, binding = 1) writeonly buffer Sums { float sums[]; };  // [block][tile][row][column]
+#ifdef ERROR_SUMS
+layout(std430, binding = 2) writeonly buffer Errors { float errors[]; };  // likewise
+#endif
 
 layout(push_constant) uniform Push {
     uint tiles_across;  // tiles along one side of the triangle of pairs
 };
 
-const uint kTile = 10;  // the host knows the same number
+// The host knows the same numbers. Texels are added in runs, then the runs, so that fewer roundings
+// pile up.
+const uint kTile = 10;
+const uint kPairs = kTile * kTile;
+const uint kRun = 8;
 
 void main() {
     uint block = gl_WorkGroupID.y;
@@ -37,28 +45,54 @@ void main() {
     int rows = int((block * padded_materials + row_tile * kTile) * kBlockTexels);
     int columns = int((block * padded_materials + column_tile * kTile) * kBlockTexels);
 
-    float sum[kTile * kTile];
-    [[unroll]] for (uint i = 0; i < kTile * kTile; ++i) {
-        sum[i] = 0.0;
+    float total[kPairs];
+    [[unroll]] for (uint i = 0; i < kPairs; ++i) {
+        total[i] = 0.0;
     }
-    for (uint texel = gl_LocalInvocationID.x; texel < kBlockTexels; texel += gl_WorkGroupSize.x) {
-        vec4 column[kTile];
-        [[unroll]] for (uint c = 0; c < kTile; ++c) {
-            column[c] = texelFetch(grid, columns + int(c * kBlockTexels + texel));
+#ifdef ERROR_SUMS
+    float error[kPairs];
+    [[unroll]] for (uint i = 0; i < kPairs; ++i) {
+        error[i] = 0.0;
+    }
+#endif
+    uint texel = gl_LocalInvocationID.x;
+    while (texel < kBlockTexels) {
+        float sum[kPairs];
+        [[unroll]] for (uint i = 0; i < kPairs; ++i) {
+            sum[i] = 0.0;
         }
-        [[unroll]] for (uint r = 0; r < kTile; ++r) {
-            vec4 row = texelFetch(grid, rows + int(r * kBlockTexels + texel));
+        for (uint step = 0; step < kRun && texel < kBlockTexels; ++step, texel += gl_WorkGroupSize.x) {
+            vec4 column[kTile];
             [[unroll]] for (uint c = 0; c < kTile; ++c) {
-                sum[r * kTile + c] += texel_difference(row, column[c]);
+                column[c] = texelFetch(grid, columns + int(c * kBlockTexels + texel));
             }
+            [[unroll]] for (uint r = 0; r < kTile; ++r) {
+                vec4 row = texelFetch(grid, rows + int(r * kBlockTexels + texel));
+                [[unroll]] for (uint c = 0; c < kTile; ++c) {
+                    sum[r * kTile + c] += texel_difference(row, column[c]);
+#ifdef ERROR_SUMS
+                    error[r * kTile + c] += (largest(abs(row)) + largest(abs(column[c]))) *
+                                            texel_slope(row, column[c]);
+#endif
+                }
+            }
+        }
+        [[unroll]] for (uint i = 0; i < kPairs; ++i) {
+            total[i] += sum[i];
         }
     }
     uint tile_count = tiles_across * (tiles_across + 1) / 2;
-    uint out_at = (block * tile_count + tile) * kTile * kTile;
-    [[unroll]] for (uint i = 0; i < kTile * kTile; ++i) {
-        float total = subgroupAdd(sum[i]);
+    uint out_at = (block * tile_count + tile) * kPairs;
+    [[unroll]] for (uint i = 0; i < kPairs; ++i) {
+        float all = subgroupAdd(total[i]);
+#ifdef ERROR_SUMS
+        float all_errors = subgroupAdd(error[i]);
+#endif
         if (subgroupElect()) {
-            sums[out_at + i] = total;
+            sums[out_at + i] = all;
+#ifdef ERROR_SUMS
+            errors[out_at + i] = all_errors;
+#endif
         }
     }
 }

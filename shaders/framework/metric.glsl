@@ -1,52 +1,50 @@
-// What a metric file sees. "chosen_metric.glsl" is a generated file that includes one metric.
+// What a metric file sees, and what the kernels need to know of it. "chosen_metric.glsl" is a
+// generated file that includes one metric.
+//
+// Transforms and weights run in float64 (the including file defines METRIC_FLOAT64) and are rounded
+// once, when they enter the grid; differences run in float32 on the grid. The metric file says float
+// for both, as it does when it is compiled as C++ in float64.
+
+#include "lib/numerics.glsl"
+
+#ifdef METRIC_FLOAT64
+#define float double
+#define vec2 dvec2
+#define vec3 dvec3
+#define vec4 dvec4
+#define mat3 dmat3
+#endif
 
 struct Voxel {
     float theta_h;  // half-difference angles of the voxel's centre, radians
     float theta_d;
     float phi_d;
+    float s_merl;  // MERL scale factor
     float cos_theta_i;
     float cos_theta_o;
-    float s_merl;  // MERL scale factor
 };
 
-#include "lib/numerics.glsl"
 #include "chosen_metric.glsl"
 
-// Two ways to lay out a metric's grid, one rgba32f texel at a time.
+#ifdef METRIC_FLOAT64
+#undef float
+#undef vec2
+#undef vec3
+#undef vec4
+#undef mat3
+#endif
+
+// Partial sums run over blocks of voxels; a cell is four voxels. The host knows the same numbers.
+const uint kBlockVoxels = 1024;
+const uint kCellVoxels = 4;
+
+// Two ways to lay out the grid of a metric, one rgba32f texel at a time.
 #ifdef DEGREE_NUMERATOR
 // The difference is a sum over channels of a homogeneous function of one channel's difference: the
 // weight moves into the samples, and a texel is any four consecutive scalars of a material.
-const uint kVoxelsPerCell = 4;
-const uint kTexelsPerCell = 3;
-
-// weight^(1/degree)
-float folded(float weight) {
-#if DEGREE_NUMERATOR == 2
-    float root = sqrt(weight);
-#elif DEGREE_NUMERATOR == 1
-    float root = weight;
-#else
-#error "degree: the numerator must be 1 or 2"
-#endif
-    float power = 1.0;
-    for (int i = 0; i < DEGREE_DENOMINATOR; ++i) {
-        power *= root;
-    }
-    return power;
-}
-
-float texel_difference(vec4 a, vec4 b) {
-    return (difference(a.x - b.x) + difference(a.y - b.y)) +
-           (difference(a.z - b.z) + difference(a.w - b.w));
-}
+const uint kCellTexels = 3;
 #else
 // Any difference: a texel is one voxel's transformed sample and its weight.
-const uint kVoxelsPerCell = 1;
-const uint kTexelsPerCell = 1;
-
-float texel_difference(vec4 a, vec4 b) { return a.w * difference(a.xyz, b.xyz); }
+const uint kCellTexels = 4;
 #endif
-
-// Partial sums are over blocks of voxels; the host knows the same number.
-const uint kBlockVoxels = 1024;
-const uint kBlockTexels = kBlockVoxels / kVoxelsPerCell * kTexelsPerCell;
+const uint kBlockTexels = kBlockVoxels / kCellVoxels * kCellTexels;

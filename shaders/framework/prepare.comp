@@ -1,56 +1,63 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 
-// samples of a slab -> a metric's grid: transformed samples with their weight, in texels.
-// One invocation makes one cell (see metric.glsl) of one material.
+// Samples of a slab -> a metric's grid: transformed samples and their weights, rounded to float32.
+// One invocation makes one cell of one material. On lavapipe texel fetches are vectorised, and loads
+// from storage buffers are not.
 
+#define METRIC_FLOAT64
 #include "framework/metric.glsl"
+#include "framework/geometry.glsl"
 
 layout(local_size_x_id = 0) in;
 
-layout(std430, binding = 0) readonly buffer Samples { float samples[]; };  // [material][channel][voxel]
-layout(std430, binding = 1) readonly buffer Voxels { vec4 voxels[]; };     // two per voxel
-layout(std430, binding = 2) writeonly buffer Grid { vec4 grid[]; };        // [block][material][texel]
+layout(binding = 1) uniform usamplerBuffer samples;                    // [material][channel][voxel]
+layout(binding = 2) uniform usamplerBuffer weights;                    // per voxel
+layout(std430, binding = 3) writeonly buffer Grid { vec4 grid[]; };    // [block][material][texel]
 
 layout(push_constant) uniform Push {
     uint stride;            // voxels between two planes of samples
-    uint voxel_count;       // voxels of this slab; the last block is filled with zeros
     uint materials;         // materials of the database
     uint padded_materials;  // materials of the grid; those beyond the database's are zero
 };
 
-vec4 weighted_sample(uint material, uint k) {
-    if (k >= voxel_count || material >= materials) {
-        return vec4(0.0);
-    }
-    vec4 v0 = voxels[2 * k];
-    vec4 v1 = voxels[2 * k + 1];
-    Voxel v = Voxel(v0.x, v0.y, v0.z, v1.x, v1.y, v0.w);
-    uint at = material * 3 * stride + k;
-    vec3 t = transform(vec3(samples[at], samples[at + stride], samples[at + 2 * stride]), v);
-#ifdef DEGREE_NUMERATOR
-    return vec4(folded(weight(v)) * t, 0.0);
-#else
-    return vec4(t, weight(v));
-#endif
+// Four consecutive float64 numbers, the first at a multiple of four.
+dvec4 four_doubles(usamplerBuffer from, uint at) {
+    return dvec4(two_doubles(texelFetch(from, int(at / 2))), two_doubles(texelFetch(from, int(at / 2 + 1))));
 }
 
 void main() {
     uint cell = gl_GlobalInvocationID.x;
     uint material = gl_GlobalInvocationID.y;
-    uint k = cell * kVoxelsPerCell;
+    uint k = cell * kCellVoxels;
     uint block = k / kBlockVoxels;
-    uint texel = cell * kTexelsPerCell - block * kBlockTexels;
-    uint at = (block * padded_materials + material) * kBlockTexels + texel;
+    uint at = (block * padded_materials + material) * kBlockTexels + cell * kCellTexels - block * kBlockTexels;
+    if (material >= materials) {
+        for (uint i = 0; i < kCellTexels; ++i) {
+            grid[at + i] = vec4(0.0);
+        }
+        return;
+    }
+    dvec4 red = four_doubles(samples, (material * 3) * stride + k);
+    dvec4 green = four_doubles(samples, (material * 3 + 1) * stride + k);
+    dvec4 blue = four_doubles(samples, (material * 3 + 2) * stride + k);
+    dvec4 weight = four_doubles(weights, k);
+    dvec3 t0 = transform(dvec3(red.x, green.x, blue.x), fetch_voxel(k));
+    dvec3 t1 = transform(dvec3(red.y, green.y, blue.y), fetch_voxel(k + 1));
+    dvec3 t2 = transform(dvec3(red.z, green.z, blue.z), fetch_voxel(k + 2));
+    dvec3 t3 = transform(dvec3(red.w, green.w, blue.w), fetch_voxel(k + 3));
 #ifdef DEGREE_NUMERATOR
-    vec4 a = weighted_sample(material, k);
-    vec4 b = weighted_sample(material, k + 1);
-    vec4 c = weighted_sample(material, k + 2);
-    vec4 d = weighted_sample(material, k + 3);
-    grid[at] = vec4(a.xyz, b.x);
-    grid[at + 1] = vec4(b.yz, c.xy);
-    grid[at + 2] = vec4(c.z, d.xyz);
+    t0 *= weight.x;
+    t1 *= weight.y;
+    t2 *= weight.z;
+    t3 *= weight.w;
+    grid[at] = vec4(vec3(t0), float(t1.x));
+    grid[at + 1] = vec4(vec2(t1.yz), vec2(t2.xy));
+    grid[at + 2] = vec4(float(t2.z), vec3(t3));
 #else
-    grid[at] = weighted_sample(material, k);
+    grid[at] = vec4(dvec4(t0, weight.x));
+    grid[at + 1] = vec4(dvec4(t1, weight.y));
+    grid[at + 2] = vec4(dvec4(t2, weight.z));
+    grid[at + 3] = vec4(dvec4(t3, weight.w));
 #endif
 }

@@ -94,8 +94,8 @@ TEST(SlabReader, TheHashIdentifiesTheContent) {
         const Domain domain(grid);
         const VoxelList voxels(domain, VoxelSet::above_horizon);
         SlabReader reader(database, domain, voxels);
-        std::vector<float> samples(3 * 3 * step);
-        std::vector<float> geometry(8 * step);
+        std::vector<double> samples(3 * 3 * step);
+        std::vector<double> geometry(kGeometryNumbers * step);
         for (std::uint64_t first = 0; first < voxels.size(); first += step) {
             reader.read(first, std::min(first + step, voxels.size()), samples, step, geometry);
         }

@@ -47,9 +47,9 @@ void expect_as_reference(device::Context& context, const Grid& grid, std::size_t
     const auto pairs = all_pairs(materials);
     for (std::size_t m = 0; m < chosen.size(); ++m) {
         const auto expected = reference_distances(database, *chosen[m], pairs, voxels);
-        ASSERT_EQ(result.distances[m].size(), pairs.size());
+        ASSERT_EQ(result.distances[m].values.size(), pairs.size());
         for (std::size_t p = 0; p < pairs.size(); ++p) {
-            EXPECT_NEAR(result.distances[m][p] / expected[p], 1, 2e-6)
+            EXPECT_NEAR(result.distances[m].values[p] / expected[p], 1, 2e-6)
                 << chosen[m]->name << " " << pairs[p].first << " " << pairs[p].second << " of "
                 << materials << ", " << grid.text();
         }
@@ -117,7 +117,7 @@ TEST(Distances, OfOneMaterialWithItselfAreZero) {
         });
     for (const auto& metric : metrics()) {
         const Metric* const one[] = {&metric};
-        const auto d = compute_distances(test::lavapipe(), database, one).distances[0];
+        const auto d = compute_distances(test::lavapipe(), database, one).distances[0].values;
         EXPECT_EQ(d[2], 0) << metric.name;     // 1 and its copy
         EXPECT_EQ(d[0], d[1]) << metric.name;  // 0 to either
         EXPECT_GT(d[0], 0) << metric.name;
@@ -132,7 +132,7 @@ TEST(Distances, OfTwoConstantMaterialsHaveAClosedForm) {
                                         return material == 0 ? 0.0 : 100.0;
                                     });
     const Metric* const one[] = {&find_metric("pawcielab")};
-    EXPECT_NEAR(compute_distances(test::lavapipe(), database, one).distances[0][0], 88.6257, 1e-4);
+    EXPECT_NEAR(compute_distances(test::lavapipe(), database, one).distances[0].values[0], 88.6257, 1e-4);
 }
 
 TEST(Distances, NegativeSamplesCountAsZeroAndAreCounted) {
@@ -170,7 +170,7 @@ TEST(Distances, ProgressReachesOneAndItsExceptionEndsTheWork) {
         compute_distances(test::lavapipe(), database, one,
                           {.progress = [](double) { throw std::runtime_error("enough"); }}),
         std::runtime_error);
-    EXPECT_EQ(compute_distances(test::lavapipe(), database, one).distances[0].size(),
+    EXPECT_EQ(compute_distances(test::lavapipe(), database, one).distances[0].values.size(),
               3U);  // still works
 }
 

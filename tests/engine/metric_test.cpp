@@ -2,7 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -10,6 +12,8 @@
 
 namespace merl::reflectance {
 namespace {
+
+using Rgb = std::array<double, 3>;
 
 TEST(Metric, TheLibraryHasFour) {
     std::string names;
@@ -27,8 +31,11 @@ TEST(Metric, HeaderGivesTheValueOfAKey) {
     EXPECT_EQ(metric.header("degree"), "2/3");
     EXPECT_EQ(metric.header("deg"), "");
     EXPECT_EQ(metric.header("nothing"), "");
-    EXPECT_TRUE(metric.per_channel);
-    EXPECT_FALSE(framework_test_metrics()[0].per_channel);
+    EXPECT_DOUBLE_EQ(metric.degree, 2.0 / 3.0);
+    EXPECT_EQ(framework_test_metrics()[0].degree, 0);
+    EXPECT_TRUE(metric.has_error_sums());
+    EXPECT_FALSE(find_metric("rmse").has_error_sums());
+    EXPECT_FALSE(framework_test_metrics()[0].has_bound());
 }
 
 TEST(Metric, AnUnknownOneIsRefusedWithTheNamesThereAre) {
@@ -41,6 +48,38 @@ TEST(Metric, AnUnknownOneIsRefusedWithTheNamesThereAre) {
                      "there is no metric \"cielab\"; the metrics are: cosine-rmse, "
                      "cwcbrt, pawcielab, rmse");
     }
+}
+
+/// The transform of one sample.
+Rgb transformed(const Metric& metric, const Rgb& rgb) {
+    const std::vector<Voxel> voxels(kBlockVoxels);
+    auto samples = std::make_unique<BlockSamples>();
+    for (std::size_t i = 0; i < 3; ++i) {
+        (*samples)[i][7] = rgb[i];
+    }
+    metric.twin.transform(std::span<const Voxel, kBlockVoxels>(voxels), *samples);
+    return {(*samples)[0][7], (*samples)[1][7], (*samples)[2][7]};
+}
+
+/// The weight of one voxel.
+double weight(const Metric& metric, const Voxel& voxel) {
+    const std::vector<Voxel> voxels(kBlockVoxels, voxel);
+    BlockWeights weights = {};
+    metric.twin.weigh(std::span<const Voxel, kBlockVoxels>(voxels), weights);
+    return weights[3];
+}
+
+/// The sum over a block in which all but one difference are zero.
+double sum_of(const Metric& metric, const Rgb& a, const Rgb& b) {
+    auto x = std::make_unique<BlockSamples>();
+    auto y = std::make_unique<BlockSamples>();
+    for (std::size_t i = 0; i < 3; ++i) {
+        (*x)[i][1001] = a[i];
+        (*y)[i][1001] = b[i];
+    }
+    BlockWeights weights;
+    weights.fill(1);
+    return metric.twin.sum(*x, *y, weights);
 }
 
 /// CIELAB of the primaries of sRGB under D65, as tabulated by B. Lindbloom to two decimals; RGB is
@@ -56,7 +95,7 @@ TEST(Metric, PawcielabTransformsToPublishedCielab) {
         {{100, 0, 100}, {60.32, 98.23, -60.82}}, {{0, 0, 0}, {0, 0, 0}},
     };
     for (const auto& row : rows) {
-        const Rgb lab = find_metric("pawcielab").twin.transform(row.rgb, {});
+        const Rgb lab = transformed(find_metric("pawcielab"), row.rgb);
         for (std::size_t i = 0; i < 3; ++i) {
             EXPECT_NEAR(lab[i], row.lab[i], 0.02)
                 << row.rgb[0] << " " << row.rgb[1] << " " << row.rgb[2];
@@ -66,7 +105,7 @@ TEST(Metric, PawcielabTransformsToPublishedCielab) {
 
 TEST(Metric, CielabIsLinearNearBlack) {
     // Below the knee of F, L = 116 · 841/108 · Y/100 (SPEC §3).
-    const Rgb lab = find_metric("pawcielab").twin.transform({0.1, 0.1, 0.1}, {});
+    const Rgb lab = transformed(find_metric("pawcielab"), {0.1, 0.1, 0.1});
     EXPECT_NEAR(lab[0], 116 * (841.0 / 108.0) * 0.1 / 100, 1e-12);
 }
 
@@ -77,16 +116,14 @@ TEST(Metric, WeightsAndSumsAreThoseOfTheSpecification) {
                      .cos_theta_i = 0.3,
                      .cos_theta_o = 0.7,
                      .s_merl = 5};
-    const std::vector<Rgb> a = {{1, 2, 3}};
-    const std::vector<Rgb> b = {{1.5, 0, 11}};
-    const std::vector<double> one = {1.0};
-    const auto twin = [](const char* name) { return find_metric(name).twin; };
-    EXPECT_DOUBLE_EQ(twin("rmse").weight(v), 1);
-    EXPECT_DOUBLE_EQ(twin("cosine-rmse").weight(v), 0.09);
-    EXPECT_DOUBLE_EQ(twin("cwcbrt").weight(v), std::cbrt(0.09));
-    EXPECT_DOUBLE_EQ(twin("pawcielab").weight(v), 0.3 * 0.7 * 5);
-    EXPECT_DOUBLE_EQ(twin("rmse").sum(a, b, one), 0.25 + 4 + 64);
-    EXPECT_DOUBLE_EQ(twin("cwcbrt").sum(a, b, one), std::cbrt(0.25) + std::cbrt(4.0) + 4);
+    EXPECT_DOUBLE_EQ(weight(find_metric("rmse"), v), 1);
+    EXPECT_DOUBLE_EQ(weight(find_metric("cosine-rmse"), v), 0.09);
+    EXPECT_NEAR(weight(find_metric("cwcbrt"), v), std::cbrt(0.09), 1e-15);
+    EXPECT_DOUBLE_EQ(weight(find_metric("pawcielab"), v), 0.3 * 0.7 * 5);
+    const Rgb a = {1, 2, 3};
+    const Rgb b = {1.5, 0, 11};
+    EXPECT_DOUBLE_EQ(sum_of(find_metric("rmse"), a, b), 0.25 + 4 + 64);
+    EXPECT_NEAR(sum_of(find_metric("cwcbrt"), a, b), std::cbrt(0.25) + std::cbrt(4.0) + 4, 1e-14);
 }
 
 }  // namespace

@@ -32,7 +32,7 @@ const std::array<const Metric*, 2>& two_metrics() {
 void expect_within(const SlabPlan& plan, const device::Limits& limits, std::uint64_t memory) {
     EXPECT_LE(plan.device_bytes, memory);
     EXPECT_LE(plan.samples_bytes(), limits.storage_buffer_bytes);
-    EXPECT_LE(plan.voxels_bytes(), limits.storage_buffer_bytes);
+    EXPECT_LE(plan.geometry_bytes(), limits.storage_buffer_bytes);
     EXPECT_LE(plan.sums_bytes(), limits.storage_buffer_bytes);
     EXPECT_LE(plan.grid_bytes(768), limits.storage_buffer_bytes);
     EXPECT_LE(plan.grid_bytes(768) / 16, limits.texel_buffer_texels);
@@ -80,7 +80,7 @@ TEST(SlabPlan, TooLittleMemoryIsAUsageErrorThatSaysHowMuchIsNeeded) {
         FAIL();
     } catch (const Error& error) {
         EXPECT_EQ(error.fault(), Fault::usage);
-        EXPECT_NE(std::string(error.what()).find("--memory 1.0 MiB is too small"),
+        EXPECT_NE(std::string(error.what()).find("--memory 1048576 bytes is too small"),
                   std::string::npos)
             << error.what();
     }

@@ -1,0 +1,55 @@
+#include "app/refine.h"
+
+#include <algorithm>
+#include <vector>
+
+#include "engine/reflectance/reference.h"
+#include "scan/undecided.h"
+
+namespace merl::app {
+namespace {
+
+reflectance::ReferenceRequest request(const reflectance::Metric& metric,
+                                      const std::vector<std::uint32_t>& pairs,
+                                      std::uint32_t materials) {
+    reflectance::ReferenceRequest result = {&metric, {}};
+    for (const auto index : pairs) {
+        const auto pair = scan::pair_at(index, materials);
+        result.pairs.emplace_back(pair.first, pair.second);
+    }
+    return result;
+}
+
+void replace(const std::vector<std::uint32_t>& pairs, const std::vector<double>& exact,
+             std::vector<double>& values, std::vector<double>& bounds) {
+    for (std::size_t i = 0; i < pairs.size(); ++i) {
+        values[pairs[i]] = exact[i];
+        bounds[pairs[i]] = 0;
+    }
+}
+
+}  // namespace
+
+Refined refine(scan::Distances& distances, const reflectance::Database& database,
+               const std::array<const reflectance::Metric*, 2>& metrics, std::uint32_t select,
+               std::uint32_t per_material, const std::function<void(double)>& progress) {
+    Refined refined;
+    for (;;) {
+        const auto open = scan::to_refine(distances, select, per_material);
+        if (open.empty()) {
+            return refined;
+        }
+        const std::array<reflectance::ReferenceRequest, 2> requests = {
+            request(*metrics[0], open.first, distances.materials()),
+            request(*metrics[1], open.second, distances.materials())};
+        const auto exact = reflectance::reference_distances(
+            database, requests, reflectance::VoxelSet::above_horizon, progress);
+        replace(open.first, exact[0], distances.first, distances.first_bounds);
+        replace(open.second, exact[1], distances.second, distances.second_bounds);
+        refined.first += open.first.size();
+        refined.second += open.second.size();
+        ++refined.rounds;
+    }
+}
+
+}  // namespace merl::app

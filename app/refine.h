@@ -1,0 +1,27 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <functional>
+
+#include "engine/reflectance/database.h"
+#include "engine/reflectance/metric.h"
+#include "scan/pairs.h"
+
+namespace merl::app {
+
+/// What refining took.
+struct Refined {
+    std::uint64_t first = 0;  // distances recomputed under the first metric
+    std::uint64_t second = 0;
+    int rounds = 0;
+};
+
+/// Replaces, in float64, every distance on which a sign of a configuration or the selection rests and
+/// which its bound leaves open, until nothing is left open: then the count of disagreements and the
+/// selection are those of float64 (scan/undecided.h). `progress` may throw.
+Refined refine(scan::Distances& distances, const reflectance::Database& database,
+               const std::array<const reflectance::Metric*, 2>& metrics, std::uint32_t select,
+               std::uint32_t per_material, const std::function<void(double)>& progress);
+
+}  // namespace merl::app
