@@ -17,9 +17,9 @@ struct Refined {
     int rounds = 0;
 };
 
-/// Replaces, in float64, every distance on which a sign of a configuration or the selection rests and
-/// which its bound leaves open, until nothing is left open: then the count of disagreements and the
-/// selection are those of float64 (scan/undecided.h). `progress` may throw.
+/// Replaces, in float64, every distance on which a sign of a configuration or the selection rests
+/// and which its bound leaves open, until nothing is left open: then the count of disagreements and
+/// the selection are those of float64 (scan/undecided.h). `progress` may throw.
 Refined refine(scan::Distances& distances, const reflectance::Database& database,
                const std::array<const reflectance::Metric*, 2>& metrics, std::uint32_t select,
                std::uint32_t per_material, const std::function<void(double)>& progress);

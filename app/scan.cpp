@@ -152,7 +152,8 @@ std::string summary_json(const Options& options, const reflectance::Database& da
           {"counted_by", o.census.streamed ? "streaming and inversions" : "inversions"}}},
         {"exact", !options.fast},
         {"undecided_in_float32", o.undecided},
-        {"refined_distances", {{d.first_metric, o.refined.first}, {d.second_metric, o.refined.second}}},
+        {"refined_distances",
+         {{d.first_metric, o.refined.first}, {d.second_metric, o.refined.second}}},
         {"strongest_disagreement", strongest},
         {"selection",
          {{"configurations", o.selection.size()}, {"agreement_range", agreement_range}}},
@@ -219,17 +220,19 @@ void print_summary(const Options& options, const reflectance::Database& database
         line("undecided", fmt::format("{} configurations, closer than float32 can tell",
                                       fmt::group_digits(o.undecided)));
     } else {
-        line("refined", fmt::format("{} + {} distances in float64; {} configurations were closer than "
-                                    "float32 can tell",
-                                    o.refined.first, o.refined.second, fmt::group_digits(o.undecided)));
+        line("refined",
+             fmt::format("{} + {} distances in float64; {} configurations were closer than "
+                         "float32 can tell",
+                         o.refined.first, o.refined.second, fmt::group_digits(o.undecided)));
     }
     line("device", fmt::format("{} ({}), {}", context.info().name, context.info().kind,
                                context.info().driver));
     const auto& s = o.seconds;
     line("seconds",
-         fmt::format("{:.2f}: device {:.2f}, distances {:.2f}, refine {:.2f}, count {:.3f}, select {:.3f}, "
-                     "list {:.2f}, write {:.2f}",
-                     s.total(), s.device, s.distances, s.refine, s.count, s.select, s.list, s.write));
+         fmt::format(
+             "{:.2f}: device {:.2f}, distances {:.2f}, refine {:.2f}, count {:.3f}, select {:.3f}, "
+             "list {:.2f}, write {:.2f}",
+             s.total(), s.device, s.distances, s.refine, s.count, s.select, s.list, s.write));
     line("results", options.out);
 }
 

@@ -62,8 +62,8 @@ struct Distances {
 
     /// Throws std::invalid_argument, naming what was found and what was expected, unless there are
     /// 2 to max_materials names in strictly ascending order, one distance per pair in both metrics,
-    /// every distance is finite and not negative, and bounds are none or one per pair, zero or more.
-    /// O(P).
+    /// every distance is finite and not negative, and bounds are none or one per pair, zero or
+    /// more. O(P).
     void validate() const;
 };
 

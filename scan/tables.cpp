@@ -105,8 +105,8 @@ void write_pairs(int file, const Distances& distances) {
     distances.validate();
     const auto& d = distances;
     const bool bounded = !d.first_bounds.empty() && !d.second_bounds.empty();
-    std::string header = "material_1,material_2," + csv_field(d.first_metric) + ',' +
-                         csv_field(d.second_metric);
+    std::string header =
+        "material_1,material_2," + csv_field(d.first_metric) + ',' + csv_field(d.second_metric);
     for (const auto* column : {"_bound", "_precision"}) {
         for (const auto& metric : {d.first_metric, d.second_metric}) {
             header += bounded ? ',' + csv_field(metric + column) : "";

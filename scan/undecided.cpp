@@ -15,8 +15,8 @@
 namespace merl::scan {
 namespace {
 
-/// Beyond this relative bound of its two distances a pair is refined before it is compared: it would
-/// be contested with everything.
+/// Beyond this relative bound of its two distances a pair is refined before it is compared: it
+/// would be contested with everything.
 constexpr double loose = 1e-3;
 
 double lower(std::span<const double> values, std::span<const double> bounds, std::uint32_t pair) {
@@ -45,8 +45,8 @@ std::vector<bool> meeting(std::span<const double> values, std::span<const double
     for (std::size_t i = 0; i < order.size(); ++i) {
         const std::uint32_t pair = order[i];
         const bool meets_earlier = lower(values, bounds, pair) <= highest;
-        const bool meets_later = i + 1 < order.size() && lower(values, bounds, order[i + 1]) <=
-                                                             upper(values, bounds, pair);
+        const bool meets_later = i + 1 < order.size() &&
+                                 lower(values, bounds, order[i + 1]) <= upper(values, bounds, pair);
         meets[pair] = bounds[pair] > 0 && (meets_earlier || meets_later);
         highest = std::max(highest, upper(values, bounds, pair));
     }
@@ -111,9 +111,7 @@ class SelectionDoubts {
 
   private:
     /// Relative doubt of a configuration's agreement, to first order and with room for the second.
-    double doubt(const Configuration& c) const {
-        return 1.01 * (doubt_[c.left] + doubt_[c.right]);
-    }
+    double doubt(const Configuration& c) const { return 1.01 * (doubt_[c.left] + doubt_[c.right]); }
     double greatest(const Configuration& c) const { return c.agreement * (1 + doubt(c)); }
 
     void want(const Configuration& c) {

@@ -15,16 +15,18 @@ struct Refinement {
     bool empty() const { return first.empty() && second.empty(); }
 };
 
-/// What must be recomputed exactly so that every sign of every configuration, and the selection with
-/// all its numbers and its order, are those of exact distances:
+/// What must be recomputed exactly so that every sign of every configuration, and the selection
+/// with all its numbers and its order, are those of exact distances:
 ///
-/// - every inexact distance whose interval [D - bound, D + bound] meets another one's: only those can
+/// - every inexact distance whose interval [D - bound, D + bound] meets another one's: only those
+/// can
 ///   be ordered otherwise;
-/// - both distances of every pair of the selection, and of the configurations whose agreement could,
+/// - both distances of every pair of the selection, and of the configurations whose agreement
+/// could,
 ///   within the bounds, come before one of the selected.
 ///
-/// Exact distances (bound 0) are never asked for again. After they are replaced the question is to be
-/// asked anew, for the selection may have changed; it is answered with nothing after few rounds.
+/// Exact distances (bound 0) are never asked for again. After they are replaced the question is to
+/// be asked anew, for the selection may have changed; it is answered with nothing after few rounds.
 /// Throws std::invalid_argument for bad distances. O(P log P) and the search of the selection.
 Refinement to_refine(const Distances& distances, std::uint32_t select, std::uint32_t per_material);
 

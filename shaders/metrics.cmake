@@ -57,6 +57,9 @@ function(add_metrics target folder list)
       compile_metric_kernel(${METRIC_ID} ${stage} "${defines}")
     endforeach()
     target_sources(${target} PRIVATE ${CMAKE_CURRENT_BINARY_DIR}/metrics/${METRIC_ID}.cpp)
+    # Whatever a metric calls has to be inlined before its loop over voxels becomes vectors.
+    set_source_files_properties(${CMAKE_CURRENT_BINARY_DIR}/metrics/${METRIC_ID}.cpp PROPERTIES
+      COMPILE_OPTIONS "-finline-functions;--param=max-inline-insns-auto=1000;--param=max-inline-insns-single=1000;--param=inline-unit-growth=1000")
     string(APPEND declarations "extern const Metric metric_${METRIC_ID};\n")
     string(APPEND entries "glsl::metric_${METRIC_ID}, ")
   endforeach()

@@ -103,8 +103,12 @@ Buffer::Buffer(Context& context, std::uint64_t bytes, Traffic traffic, Texels te
         }
         if (texels != Texels::none) {
             h.texels = {c.device,
-                        {{}, *h.device->buffer, texels == Texels::floats ? vk::Format::eR32G32B32A32Sfloat
-: vk::Format::eR32G32B32A32Uint, 0, VK_WHOLE_SIZE}};
+                        {{},
+                         *h.device->buffer,
+                         texels == Texels::floats ? vk::Format::eR32G32B32A32Sfloat
+                                                  : vk::Format::eR32G32B32A32Uint,
+                         0,
+                         VK_WHOLE_SIZE}};
         }
     });
 }

@@ -16,7 +16,8 @@ enum class Traffic {
     download,  // kernels write, the host reads
 };
 
-/// How a buffer is read besides as a storage buffer: as a texel buffer of four 32-bit numbers a texel.
+/// How a buffer is read besides as a storage buffer: as a texel buffer of four 32-bit numbers a
+/// texel.
 enum class Texels { none, floats, words };
 
 /// Device memory that kernels use as a storage buffer, and as a texel buffer if asked.

@@ -93,7 +93,8 @@ DeviceInfo describe(const vk::raii::PhysicalDevice& physical, std::uint32_t inde
     }
     const auto texels = [&](vk::Format format) {
         return (physical.getFormatProperties(format).bufferFeatures &
-                vk::FormatFeatureFlagBits::eUniformTexelBuffer) == vk::FormatFeatureFlagBits::eUniformTexelBuffer;
+                vk::FormatFeatureFlagBits::eUniformTexelBuffer) ==
+               vk::FormatFeatureFlagBits::eUniformTexelBuffer;
     };
     const auto subgroup =
         vk::SubgroupFeatureFlagBits::eBasic | vk::SubgroupFeatureFlagBits::eArithmetic;

@@ -76,6 +76,18 @@ class AbcDatabase final : public Database {
         for (const auto& fit : fits_) {
             materials_.push_back(fit.material);
         }
+        for (std::uint32_t s = 0; s < grid.theta_d; ++s) {
+            theta_d_.push_back(make_row(
+                domain_.voxel(std::uint64_t{grid.phi_d} * s).theta_d,
+                [](const AbcFit& fit, double cosine) { return fresnel(cosine, fit.ior); }));
+        }
+        for (std::uint32_t t = 0; t < grid.theta_h; ++t) {
+            theta_h_.push_back(
+                make_row(domain_.voxel(std::uint64_t{grid.phi_d} * grid.theta_d * t).theta_h,
+                         [](const AbcFit& fit, double cosine) {
+                             return 1 / std::pow(1 + fit.b * (1 - cosine), fit.c);
+                         }));
+        }
     }
 
     void read(std::size_t material, VoxelRange range, std::span<double> samples,
@@ -84,26 +96,15 @@ class AbcDatabase final : public Database {
         if (hash != nullptr && range.first == 0) {
             hash->update(material, 0, std::as_bytes(std::span(fit.line)));
         }
-        // The distribution depends on theta_h alone and the Fresnel term on theta_d alone.
-        std::vector<double> distribution(grid_.theta_h);
-        std::vector<double> reflection(grid_.theta_d);
-        for (std::uint32_t t = 0; t < grid_.theta_h; ++t) {
-            const double cos_h = std::cos(index_voxel(0, 0, t).theta_h);
-            distribution[t] = 1 / std::pow(1 + fit.b * (1 - cos_h), fit.c);
-        }
-        for (std::uint32_t s = 0; s < grid_.theta_d; ++s) {
-            reflection[s] = fresnel(std::cos(index_voxel(0, s, 0).theta_d), fit.ior);
-        }
         for (std::uint64_t i = range.first; i < range.last; ++i) {
             const Voxel v = domain_.voxel(i);
+            const Row& d = theta_d_[i / grid_.phi_d % grid_.theta_d];
+            const Row& h = theta_h_[i / grid_.phi_d / grid_.theta_d];
             double lobe = 0;
             if (v.above_horizon()) {
-                const double cos_h = std::cos(v.theta_h);
-                const double cos_d = std::cos(v.theta_d);
-                const double masking = std::min(
-                    {1.0, 2 * cos_h * v.cos_theta_i / cos_d, 2 * cos_h * v.cos_theta_o / cos_d});
-                lobe = reflection[i / grid_.phi_d % grid_.theta_d] * masking *
-                       distribution[i / grid_.phi_d / grid_.theta_d] /
+                const double masking = std::min({1.0, 2 * h.cosine * v.cos_theta_i / d.cosine,
+                                                 2 * h.cosine * v.cos_theta_o / d.cosine});
+                lobe = d.factors[material] * masking * h.factors[material] /
                        (pi * v.cos_theta_i * v.cos_theta_o);
             }
             for (std::size_t plane = 0; plane < 3; ++plane) {
@@ -114,12 +115,26 @@ class AbcDatabase final : public Database {
     }
 
   private:
-    Voxel index_voxel(std::uint64_t r, std::uint64_t s, std::uint64_t t) const {
-        return domain_.voxel(r + grid_.phi_d * (s + grid_.theta_d * t));
+    /// What depends on one of the half-difference angles alone: its cosine, and a factor of the
+    /// model for each material (of theta_d the Fresnel term, of theta_h the distribution).
+    struct Row {
+        double cosine;
+        std::vector<double> factors;
+    };
+
+    template <typename Factor>
+    Row make_row(double angle, const Factor& factor) const {
+        Row row = {std::cos(angle), {}};
+        for (const auto& fit : fits_) {
+            row.factors.push_back(factor(fit, row.cosine));
+        }
+        return row;
     }
 
     Domain domain_;
     std::vector<AbcFit> fits_;
+    std::vector<Row> theta_d_;
+    std::vector<Row> theta_h_;
 };
 
 }  // namespace

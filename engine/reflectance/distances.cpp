@@ -23,7 +23,7 @@ using device::Submission;
 using device::Texels;
 using device::Traffic;
 
-constexpr std::uint32_t kLanes = 64;  // of a workgroup that prepares
+constexpr std::uint32_t kLanes = 256;  // of a workgroup that prepares
 constexpr std::size_t kPairs = std::size_t{kTile} * kTile;
 
 /// Push constants of the kernels in shaders/framework/.
@@ -114,15 +114,17 @@ MetricWork make_work(device::Context& context, const SlabPlan& plan, const Metri
                              sizeof(WeighPush), false),
         .prepare = make_kernel(context, metric, "prepare", metric.prepare_spirv,
                                {kTexels, kTexels, kTexels, kStorage}, sizeof(PreparePush), false),
-        .difference = make_kernel(context, metric, "difference", metric.difference_spirv, difference,
-                                  sizeof(DifferencePush), true),
+        .difference = make_kernel(context, metric, "difference", metric.difference_spirv,
+                                  difference, sizeof(DifferencePush), true),
         .norm = {},
         .bound = {metric, context.limits().subgroup_size, grid_voxels},
         .sums = std::vector<double>(std::size_t{plan.tiles} * kPairs),
-        .errors = std::vector<double>(metric.has_error_sums() ? std::size_t{plan.tiles} * kPairs : 0),
+        .errors =
+            std::vector<double>(metric.has_error_sums() ? std::size_t{plan.tiles} * kPairs : 0),
         .norms = std::vector<double>(plan.padded_materials)};
     if (metric.has_bound()) {
-        work.norm = make_kernel(context, metric, "norms", metric.norms_spirv, {kTexels, kStorage}, 0, true);
+        work.norm =
+            make_kernel(context, metric, "norms", metric.norms_spirv, {kTexels, kStorage}, 0, true);
     }
     return work;
 }
@@ -137,8 +139,8 @@ std::size_t sum_index(const SlabPlan& plan, std::uint32_t i, std::uint32_t j) {
 /// The whole computation: kernels, buffers and totals.
 class Computation {
   public:
-    Computation(device::Context& context, const SlabPlan& plan, std::span<const Metric* const> metrics,
-                std::uint64_t grid_voxels)
+    Computation(device::Context& context, const SlabPlan& plan,
+                std::span<const Metric* const> metrics, std::uint64_t grid_voxels)
         : plan_(plan),
           grid_voxels_(grid_voxels),
           weights_(context, plan.weights_bytes(), Traffic::none, Texels::words),
@@ -233,8 +235,9 @@ class Computation {
                                         work.metric->name, i, j, sum));
                     }
                     d.values.push_back(std::sqrt(sum / static_cast<double>(grid_voxels_)));
-                    d.bounds.push_back(work.bound.distance(sum, work.norms[i], work.norms[j],
-                                                           work.errors.empty() ? 0 : work.errors[at]));
+                    d.bounds.push_back(
+                        work.bound.distance(sum, work.norms[i], work.norms[j],
+                                            work.errors.empty() ? 0 : work.errors[at]));
                 }
             }
         }
@@ -282,7 +285,8 @@ class Computation {
         const auto sums = p.sums.host_as<const float>();
         const auto errors = p.errors ? p.errors->host_as<const float>() : std::span<const float>();
         const auto norms = p.norms ? p.norms->host_as<const float>() : std::span<const float>();
-        for (std::size_t i = 0; i < norms.size() && i < std::size_t{blocks} * plan_.padded_materials; ++i) {
+        for (std::size_t i = 0;
+             i < norms.size() && i < std::size_t{blocks} * plan_.padded_materials; ++i) {
             work.norms[i % plan_.padded_materials] += static_cast<double>(norms[i]);
         }
         tbb::parallel_for(std::size_t{0}, std::size_t{plan_.tiles}, [&](std::size_t tile) {

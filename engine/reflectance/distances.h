@@ -44,7 +44,7 @@ struct MetricDistances {
 
 struct DistanceResult {
     std::vector<MetricDistances> distances;  // per metric
-    std::vector<MaterialCounts> counts;  // per material
+    std::vector<MaterialCounts> counts;      // per material
     std::string content_hash;
     std::uint64_t voxels = 0;  // visited
     SlabPlan plan;

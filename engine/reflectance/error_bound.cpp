@@ -15,8 +15,8 @@ constexpr double kSlack = 1.01;
 /// The smallest normal float32: a device may flush what is below to zero.
 constexpr double kSmallest = 0x1p-126;
 
-/// Relative error of `difference` beside that of its argument: two_thirds_power (measured over every
-/// float of three octaves, tests/engine/device_test.cpp), and one multiplication.
+/// Relative error of `difference` beside that of its argument: two_thirds_power (measured over
+/// every float of three octaves, tests/engine/device_test.cpp), and one multiplication.
 constexpr double kTwoThirdsPowerError = 5.5e-7;
 
 /// Texels that difference.comp adds before it adds the run.

@@ -24,7 +24,7 @@ class ErrorBound {
   private:
     double degree_;
     double voxels_;
-    double relative_;  // of the sum, from evaluating and adding differences
+    double relative_;   // of the sum, from evaluating and adding differences
     double underflow_;  // of the sum, from numbers below the range of float32
 };
 

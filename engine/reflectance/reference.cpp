@@ -13,7 +13,8 @@ namespace {
 /// Blocks whose sums are held at a time, before they are added to the totals in order.
 constexpr std::uint64_t kBlocksAtATime = 256;
 
-/// Bytes of samples that one thread holds at a time: fewer files are opened, and they stay in cache.
+/// Bytes of samples that one thread holds at a time: fewer files are opened, and they stay in
+/// cache.
 constexpr std::uint64_t kThreadBytes = 32ULL << 20U;
 
 /// The materials of all pairs, ascending.
@@ -39,8 +40,8 @@ struct Part {
 };
 
 /// One material's samples at the voxels of a part, negative ones as zero, block by block.
-std::vector<BlockSamples> read_part(const Database& database, std::uint32_t material, const Part& part,
-                                    std::vector<double>& scratch) {
+std::vector<BlockSamples> read_part(const Database& database, std::uint32_t material,
+                                    const Part& part, std::vector<double>& scratch) {
     const VoxelRange file = {part.runs.front().file_index,
                              part.runs.back().file_index + part.runs.back().length};
     scratch.resize(3 * file.size());
@@ -48,7 +49,8 @@ std::vector<BlockSamples> read_part(const Database& database, std::uint32_t mate
     std::vector<BlockSamples> blocks(part.blocks);
     for (const auto& run : part.runs) {
         for (std::size_t plane = 0; plane < 3; ++plane) {
-            const double* from = scratch.data() + plane * file.size() + (run.file_index - file.first);
+            const double* from =
+                scratch.data() + plane * file.size() + (run.file_index - file.first);
             for (std::uint64_t i = 0; i < run.length; ++i) {
                 const std::uint64_t at = run.position - part.first + i;
                 blocks[at / kBlockVoxels][plane][at % kBlockVoxels] = std::max(0.0, from[i]);
@@ -81,12 +83,12 @@ void sum_part(const Database& database, const Domain& domain,
     for (const auto& request : requests) {
         const auto used = materials_of({&request, 1});
         for (std::uint64_t block = 0; block < part.blocks; ++block) {
-            const std::span<const Voxel, kBlockVoxels> of_block(voxels.data() + block * kBlockVoxels,
-                                                                kBlockVoxels);
+            const std::span<const Voxel, kBlockVoxels> of_block(
+                voxels.data() + block * kBlockVoxels, kBlockVoxels);
             BlockWeights weights = {};
             request.metric->twin.weigh(of_block, weights);
-            const std::uint64_t filled = std::min<std::uint64_t>(part.voxels - block * kBlockVoxels,
-                                                                 kBlockVoxels);
+            const std::uint64_t filled =
+                std::min<std::uint64_t>(part.voxels - block * kBlockVoxels, kBlockVoxels);
             std::fill(weights.begin() + static_cast<std::ptrdiff_t>(filled), weights.end(), 0.0);
             for (const auto material : used) {
                 if (!grid[material]) {
@@ -132,14 +134,16 @@ std::vector<std::vector<double>> reference_distances(const Database& database,
                          .first = (first + part_first) * kBlockVoxels,
                          .voxels = 0,
                          .blocks = std::min(part_blocks, count - part_first)};
-            const std::uint64_t last = std::min(part.first + part.blocks * kBlockVoxels, list.size());
+            const std::uint64_t last =
+                std::min(part.first + part.blocks * kBlockVoxels, list.size());
             part.voxels = last - part.first;
             part.runs = list.runs(part.first, last);
             sum_part(database, domain, requests, materials, part,
                      std::span(sums).subspan(part_first, part.blocks));
         });
         for (std::uint64_t i = 0; i < count; ++i) {
-            std::transform(totals.begin(), totals.end(), sums[i].begin(), totals.begin(), std::plus<>());
+            std::transform(totals.begin(), totals.end(), sums[i].begin(), totals.begin(),
+                           std::plus<>());
         }
         if (progress) {
             progress(static_cast<double>(first + count) / static_cast<double>(blocks));
@@ -150,7 +154,8 @@ std::vector<std::vector<double>> reference_distances(const Database& database,
     for (const auto& request : requests) {
         auto& distances = result.emplace_back();
         for (std::size_t p = 0; p < request.pairs.size(); ++p) {
-            distances.push_back(std::sqrt(*total++ / static_cast<double>(database.grid().voxels())));
+            distances.push_back(
+                std::sqrt(*total++ / static_cast<double>(database.grid().voxels())));
         }
     }
     return result;

@@ -23,8 +23,8 @@ struct ReferenceRequest {
 /// E of SPEC equation 4.20 for each request and pair, in float64 on the CPU, from the metric's own
 /// file and the database's float64 samples (negative numbers count as zero); each material is read
 /// once. Deterministic: sums run over blocks of kBlockVoxels voxels, then over blocks, whatever the
-/// number of threads and whichever other pairs are asked for. `progress` is called between pieces of
-/// work with the share done and may throw.
+/// number of threads and whichever other pairs are asked for. `progress` is called between pieces
+/// of work with the share done and may throw.
 std::vector<std::vector<double>> reference_distances(
     const Database& database, std::span<const ReferenceRequest> requests,
     VoxelSet set = VoxelSet::above_horizon, const std::function<void(double)>& progress = {});

@@ -67,9 +67,10 @@ SlabPlan plan_slabs(const device::Limits& limits, std::uint64_t memory_bytes,
                                 materials, mebibytes(largest), mebibytes(buffer_limit)));
     }
     if (block_bytes > memory_bytes) {
-        throw Error(Fault::usage,
-                    fmt::format("--memory {} bytes is too small: {} materials need at least {} ({} bytes)",
-                                memory_bytes, materials, mebibytes(block_bytes), block_bytes));
+        throw Error(
+            Fault::usage,
+            fmt::format("--memory {} bytes is too small: {} materials need at least {} ({} bytes)",
+                        memory_bytes, materials, mebibytes(block_bytes), block_bytes));
     }
     const auto all_blocks = std::max<std::uint64_t>(1, divide_up(voxels, kBlockVoxels));
     const auto blocks =

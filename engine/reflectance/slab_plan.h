@@ -28,7 +28,9 @@ struct SlabPlan {
     // Sizes of the buffers in bytes; weights and grid are shared by the slabs in flight and by the
     // metrics.
     std::uint64_t samples_bytes() const { return slab_voxels() * materials * 3 * sizeof(double); }
-    std::uint64_t geometry_bytes() const { return slab_voxels() * kGeometryNumbers * sizeof(double); }
+    std::uint64_t geometry_bytes() const {
+        return slab_voxels() * kGeometryNumbers * sizeof(double);
+    }
     std::uint64_t weights_bytes() const { return slab_voxels() * sizeof(double); }
     std::uint64_t norms_bytes() const {
         return std::uint64_t{slab_blocks} * padded_materials * sizeof(float);

@@ -77,7 +77,7 @@ void SlabReader::read_material(std::size_t material, VoxelRange file,
             for (std::size_t plane = 0; plane < 3; ++plane) {
                 const double* in = planes.data() + plane * part.size() + from;
                 double* out = samples.data() + (material * 3 + plane) * stride +
-                             (run->position - first) + done_of_run;
+                              (run->position - first) + done_of_run;
                 for (std::uint64_t i = 0; i < length; ++i) {
                     out[i] = in[i] > 0 ? in[i] : 0.0;
                 }

@@ -63,16 +63,25 @@ void main() {
         }
         for (uint step = 0; step < kRun && texel < kBlockTexels; ++step, texel += gl_WorkGroupSize.x) {
             vec4 column[kTile];
+#ifdef ERROR_SUMS
+            float column_size[kTile];
+#endif
             [[unroll]] for (uint c = 0; c < kTile; ++c) {
                 column[c] = texelFetch(grid, columns + int(c * kBlockTexels + texel));
+#ifdef ERROR_SUMS
+                column_size[c] = largest(abs(column[c]));
+#endif
             }
             [[unroll]] for (uint r = 0; r < kTile; ++r) {
                 vec4 row = texelFetch(grid, rows + int(r * kBlockTexels + texel));
+#ifdef ERROR_SUMS
+                float row_size = largest(abs(row));
+#endif
                 [[unroll]] for (uint c = 0; c < kTile; ++c) {
                     sum[r * kTile + c] += texel_difference(row, column[c]);
 #ifdef ERROR_SUMS
-                    error[r * kTile + c] += (largest(abs(row)) + largest(abs(column[c]))) *
-                                            texel_slope(row, column[c]);
+                    error[r * kTile + c] +=
+                        (row_size + column_size[c]) * texel_slope(row, column[c]);
 #endif
                 }
             }

@@ -3,8 +3,10 @@
 //
 // All start from y, about x^(-1/3): dividing the exponent bits by three is a cube root within 6 %.
 
+int third_of_bits(float x) { return int(float(floatBitsToInt(x)) * (1.0f / 3.0f)); }
+
 float inverse_cube_root_seed(float x) {
-    return intBitsToFloat(0x54a25e4c - int(float(floatBitsToInt(x)) * (1.0f / 3.0f)));
+    return intBitsToFloat(0x54a25e4c - third_of_bits(x));
 }
 
 // The cube root of x, for x = 0 and 1e-37 <= x <= 1e37; relative error below 1e-15. Each step takes
@@ -31,13 +33,9 @@ double two_thirds_power(double d) {
 // leading coefficient 1, which saves a multiplication of sixteen.
 const int kTwoThirdsSeed = 0x5486ca00;
 
-float two_thirds_power_seed(float x) {
-    return intBitsToFloat(kTwoThirdsSeed - int(float(floatBitsToInt(x)) * (1.0f / 3.0f)));
-}
-
 float two_thirds_power(float d) {
     float x = abs(d);
-    float y = two_thirds_power_seed(x);
+    float y = intBitsToFloat(kTwoThirdsSeed - third_of_bits(x));
     float xy = x * y;
     float e = xy * (y * y);
     return xy * (2.17506886f + e * (-3.40676427f + e * (4.56838512f + e * (e - 3.33147192f))));

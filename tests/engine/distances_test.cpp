@@ -132,7 +132,8 @@ TEST(Distances, OfTwoConstantMaterialsHaveAClosedForm) {
                                         return material == 0 ? 0.0 : 100.0;
                                     });
     const Metric* const one[] = {&find_metric("pawcielab")};
-    EXPECT_NEAR(compute_distances(test::lavapipe(), database, one).distances[0].values[0], 88.6257, 1e-4);
+    EXPECT_NEAR(compute_distances(test::lavapipe(), database, one).distances[0].values[0], 88.6257,
+                1e-4);
 }
 
 TEST(Distances, NegativeSamplesCountAsZeroAndAreCounted) {
