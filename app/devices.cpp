@@ -2,6 +2,7 @@
 
 #include "app/commands.h"
 #include "app/exit_status.h"
+#include "app/terminal.h"
 #include "engine/device/context.h"
 
 namespace merl::app {
@@ -10,23 +11,24 @@ namespace {
 int list() {
     const auto devices = device::list_devices();
     if (devices.empty()) {
-        fmt::print("no Vulkan driver found; on Debian: apt-get install mesa-vulkan-drivers\n");
+        print_line("no Vulkan driver found; on Debian: apt-get install mesa-vulkan-drivers");
         return kDevice;
     }
     bool usable = false;
     for (const auto& d : devices) {
-        fmt::print("{}: {}\n   {}, Vulkan {}, {}\n", d.index, d.name, d.kind, d.vulkan,
-                   d.driver.empty() ? "unknown driver" : d.driver);
+        print_line(fmt::format("{}: {}", d.index, d.name));
+        print_line(fmt::format("   {}, Vulkan {}, {}", d.kind, d.vulkan,
+                               d.driver.empty() ? "unknown driver" : d.driver));
         if (d.refusal) {
-            fmt::print("   cannot be used: {}\n", *d.refusal);
+            print_line(fmt::format("   cannot be used: {}", *d.refusal));
         } else {
             usable = true;
-            fmt::print(
+            print_line(fmt::format(
                 "   can be used: {:.1f} GiB of memory, buffers up to {:.2f} GiB, {} lanes a "
-                "subgroup\n",
+                "subgroup",
                 static_cast<double>(d.limits.heap_bytes) / 0x1p30,
                 static_cast<double>(d.limits.storage_buffer_bytes) / 0x1p30,
-                d.limits.subgroup_size);
+                d.limits.subgroup_size));
         }
     }
     return usable ? kSuccess : kDevice;

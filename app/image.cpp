@@ -4,39 +4,63 @@
 #include <OpenEXR/ImfFrameBuffer.h>
 #include <OpenEXR/ImfHeader.h>
 #include <OpenEXR/ImfOutputFile.h>
+#include <OpenEXR/ImfStandardAttributes.h>
+#include <OpenEXR/ImfStdIO.h>
 #include <fmt/format.h>
 #include <png.h>
+#include <zlib.h>
 
 #include <algorithm>
 #include <cmath>
-#include <exception>
-
-#include "engine/error.h"
+#include <stdexcept>
 
 namespace merl::app {
 
-void write_exr(const std::filesystem::path& path, const Image& image) {
-    try {
-        Imf::Header header(static_cast<int>(image.width), static_cast<int>(image.height));
-        Imf::FrameBuffer frame;
-        constexpr std::size_t kPixel = sizeof(image.pixels[0]);
-        const char* const names[] = {"R", "G", "B"};
-        for (std::size_t channel = 0; channel < 3; ++channel) {
-            header.channels().insert(names[channel], Imf::Channel(Imf::FLOAT));
-            const auto* first = reinterpret_cast<const char*>(&image.pixels[0][channel]);
-            frame.insert(names[channel], Imf::Slice(Imf::FLOAT, const_cast<char*>(first), kPixel,
-                                                    kPixel * image.width));
-        }
-        Imf::OutputFile file(path.c_str(), header);
-        file.setFrameBuffer(frame);
-        file.writePixels(static_cast<int>(image.height));
-    } catch (const std::exception& error) {
-        throw Error(Fault::output,
-                    fmt::format("{}: cannot be written: {}", path.string(), error.what()));
+namespace {
+
+void append_big_endian(std::string& out, unsigned long value) {
+    for (int shift = 24; shift >= 0; shift -= 8) {
+        out += static_cast<char>(value >> shift & 0xffU);
     }
 }
 
-void write_png(const std::filesystem::path& path, const Image& image) {
+/// A PNG chunk "iTXt": the keyword Comment, not compressed, in no language, and the text.
+std::string text_chunk(const std::string& text) {
+    const std::string content = "iTXtComment" + std::string(5, '\0') + text;
+    std::string chunk;
+    append_big_endian(chunk, content.size() - 4);
+    chunk += content;
+    append_big_endian(chunk, ::crc32_z(0, reinterpret_cast<const Bytef*>(content.data()),  //
+                                       content.size()));
+    return chunk;
+}
+
+}  // namespace
+
+std::string exr_file(const Image& image, const std::string& comment) {
+    Imf::Header header(static_cast<int>(image.width), static_cast<int>(image.height));
+    if (!comment.empty()) {
+        Imf::addComments(header, comment);
+    }
+    Imf::FrameBuffer frame;
+    constexpr std::size_t kPixel = sizeof(image.pixels[0]);
+    const char* const names[] = {"R", "G", "B"};
+    for (std::size_t channel = 0; channel < 3; ++channel) {
+        header.channels().insert(names[channel], Imf::Channel(Imf::FLOAT));
+        const auto* first = reinterpret_cast<const char*>(&image.pixels[0][channel]);
+        frame.insert(names[channel], Imf::Slice(Imf::FLOAT, const_cast<char*>(first), kPixel,
+                                                kPixel * image.width));
+    }
+    Imf::StdOSStream stream;
+    {
+        Imf::OutputFile file(stream, header);
+        file.setFrameBuffer(frame);
+        file.writePixels(static_cast<int>(image.height));
+    }  // writes the table of lines
+    return stream.str();
+}
+
+std::string png_file(const Image& image, const std::string& comment) {
     std::vector<std::array<png_byte, 3>> bytes(image.pixels.size());
     std::transform(image.pixels.begin(), image.pixels.end(), bytes.begin(), [](const auto& pixel) {
         std::array<png_byte, 3> to = {};
@@ -50,10 +74,14 @@ void write_png(const std::filesystem::path& path, const Image& image) {
     png.width = image.width;
     png.height = image.height;
     png.format = PNG_FORMAT_RGB;
-    if (png_image_write_to_file(&png, path.c_str(), 0, bytes.data(), 0, nullptr) == 0) {
-        throw Error(Fault::output,
-                    fmt::format("{}: cannot be written: {}", path.string(), png.message));
+    png_alloc_size_t size = PNG_IMAGE_PNG_SIZE_MAX(png);
+    std::string file(size, '\0');
+    if (png_image_write_to_memory(&png, file.data(), &size, 0, bytes.data(), 0, nullptr) == 0) {
+        throw std::runtime_error(fmt::format("libpng: {}", png.message));
     }
+    file.resize(size);
+    constexpr std::size_t kSignatureAndHeader = 8 + 25;
+    return comment.empty() ? file : file.insert(kSignatureAndHeader, text_chunk(comment));
 }
 
 float srgb(float linear) {

@@ -2,7 +2,6 @@
 
 #include <array>
 #include <cstdint>
-#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -25,12 +24,13 @@ struct Image {
     }
 };
 
-/// 32-bit float OpenEXR, channels R, G and B, the values as they are. Throws Error (output).
-void write_exr(const std::filesystem::path& path, const Image& image);
+/// A file of 32-bit float OpenEXR, channels R, G and B, the values as they are, with a comment
+/// (UTF-8) unless that is empty.
+std::string exr_file(const Image& image, const std::string& comment = {});
 
-/// 8-bit PNG of values that are already encoded for display, clamped to [0, 1]. Throws Error
-/// (output).
-void write_png(const std::filesystem::path& path, const Image& image);
+/// A file of 8-bit PNG, of values that are already encoded for display, clamped to [0, 1], with a
+/// comment (UTF-8) unless that is empty.
+std::string png_file(const Image& image, const std::string& comment = {});
 
 /// The sRGB encoding (IEC 61966-2-1) of linear light in [0, 1]; beyond it is clamped.
 float srgb(float linear);

@@ -4,7 +4,7 @@
 
 namespace merl::app {
 
-/// Thrown when the user asked the program to stop (SIGINT or SIGTERM).
+/// Thrown when the user asked the program to stop (SIGINT, SIGTERM or SIGHUP).
 class Interrupted : public std::exception {
   public:
     explicit Interrupted(int signal) : signal_(signal) {}
@@ -15,7 +15,9 @@ class Interrupted : public std::exception {
     int signal_;
 };
 
-/// From now on SIGINT and SIGTERM are only noted, so that nothing half-written is left behind.
+/// From now on SIGINT, SIGTERM and, unless it was ignored, SIGHUP are only noted, and writing to a
+/// closed pipe or beyond the largest file allowed is an error like any other: nothing half-written
+/// is left behind.
 void catch_interrupts();
 
 /// Throws Interrupted when a signal was noted. Called between pieces of work.

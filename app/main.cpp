@@ -1,3 +1,7 @@
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <unistd.h>
+
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <exception>
@@ -7,6 +11,7 @@
 #include "app/commands.h"
 #include "app/exit_status.h"
 #include "app/interrupt.h"
+#include "app/terminal.h"
 #include "app/version.h"
 #include "engine/error.h"
 
@@ -29,8 +34,28 @@ int status_of(merl::Fault fault) {
 }
 
 int complain(const char* kind, const char* message, int status) noexcept {
-    std::fprintf(stderr, "merl-scan: %s%s\n", kind, message);
+    std::fprintf(stderr, "merl-scan: %s%s\n", kind, printable(message).c_str());
     return status;
+}
+
+/// Opens what the caller has closed of standard input, output and error: a file would get its
+/// number, and what is printed would end up there.
+void open_standard_files() {
+    int descriptor = 0;
+    do {
+        descriptor = ::open("/dev/null", O_RDWR);
+    } while (descriptor >= 0 && descriptor <= STDERR_FILENO);
+    ::close(descriptor);
+}
+
+/// One line on what is wrong with the command line.
+std::string usage_text(const CLI::App& program, const CLI::ParseError& error) {
+    // CLI11 misses the command before it looks at the word that stands in its place.
+    const auto unknown = program.remaining(true);
+    const bool required = dynamic_cast<const CLI::RequiredError*>(&error) != nullptr;
+    return required && !unknown.empty()
+               ? fmt::format("\"{}\" is no command or option; see --help", unknown.front())
+               : fmt::format("{}; see --help", error.what());
 }
 
 /// Reads the command line and runs the chosen command.
@@ -58,10 +83,17 @@ int run(int argc, char** argv) {
     try {
         program.parse(argc, argv);
     } catch (const CLI::ParseError& error) {
-        return program.exit(error) == 0 ? kSuccess : kUsage;
+        if (error.get_exit_code() != 0) {
+            return complain("", usage_text(program, error).c_str(), kUsage);
+        }
+        program.exit(error);  // prints the help or the version
+        flush_output();
+        return kSuccess;
     }
     catch_interrupts();
-    return chosen();
+    const int status = chosen();
+    flush_output();
+    return status;
 }
 
 }  // namespace
@@ -69,6 +101,7 @@ int run(int argc, char** argv) {
 /// Whatever goes wrong becomes one line and an exit status.
 int main(int argc, char** argv) {
     try {
+        open_standard_files();
         return run(argc, argv);
     } catch (const merl::Error& error) {
         return complain("", error.what(), status_of(error.fault()));
@@ -77,6 +110,9 @@ int main(int argc, char** argv) {
     } catch (const std::bad_alloc&) {
         return complain("", "out of memory", kInternal);
     } catch (const std::exception& error) {
+        if (std::ferror(stdout) != 0) {  // fmt::print throws
+            return complain("", "standard output cannot be written", kOutput);
+        }
         return complain("internal error: ", error.what(), kInternal);
     }
 }

@@ -13,9 +13,14 @@ Progress::Progress(std::string title, bool quiet)
     : title_(std::move(title)), visible_(!quiet && ::isatty(STDERR_FILENO) != 0) {}
 
 Progress::~Progress() {
+    clear();
+}
+
+void Progress::clear() {
     if (shown_) {
         std::fputs("\r\x1b[K", stderr);
     }
+    shown_ = false;
 }
 
 void Progress::update(double share) {
@@ -26,8 +31,11 @@ void Progress::update(double share) {
         return;
     }
     shown_ = true;
-    fmt::print(stderr, "\r\x1b[K{}: {:.0f} %, about {:.0f} s left", title_, share * 100,
-               seconds / share * (1 - share));
+    // Not fmt::print, which throws: a terminal that is gone does not stop the work.
+    std::fputs(fmt::format("\r\x1b[K{}: {:.0f} %, about {:.0f} s left", title_, share * 100,
+                           seconds / share * (1 - share))
+                   .c_str(),
+               stderr);
     std::fflush(stderr);
 }
 

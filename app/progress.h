@@ -15,6 +15,9 @@ class Progress {
     Progress(const Progress&) = delete;
     Progress& operator=(const Progress&) = delete;
 
+    /// Takes the line off the terminal until the next update.
+    void clear();
+
     /// `share` from 0 to 1. Throws Interrupted when the user wants to stop.
     void update(double share);
 

@@ -5,6 +5,7 @@
 
 #include <chrono>
 #include <cstdlib>
+#include <limits>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -13,9 +14,11 @@
 #include "app/commands.h"
 #include "app/exit_status.h"
 #include "app/interrupt.h"
+#include "app/options.h"
 #include "app/output_directory.h"
 #include "app/progress.h"
 #include "app/refine.h"
+#include "app/terminal.h"
 #include "app/version.h"
 #include "engine/device/context.h"
 #include "engine/error.h"
@@ -97,12 +100,13 @@ double rate(const scan::Counts& counts) {
 ordered_json configuration_json(const scan::Distances& distances, const scan::Configuration& c) {
     const auto left = scan::pair_at(c.left, distances.materials());
     const auto right = scan::pair_at(c.right, distances.materials());
-    return {{"left", {distances.names[left.first], distances.names[left.second]}},
-            {"right", {distances.names[right.first], distances.names[right.second]}},
+    const auto name = [&](std::uint32_t material) { return as_utf8(distances.names[material]); };
+    return {{"left", {name(left.first), name(left.second)}},
+            {"right", {name(right.first), name(right.second)}},
             {"agreement", c.agreement}};
 }
 
-/// Replaces what is no UTF-8 in a file name, so that a strict JSON reader reads the summary.
+/// Replaces what is no UTF-8, so that a strict JSON reader reads the summary.
 std::string dump(const ordered_json& json) {
     return json.dump(2, ' ', false, ordered_json::error_handler_t::replace) + "\n";
 }
@@ -114,8 +118,9 @@ std::string summary_json(const Options& options, const reflectance::Database& da
     ordered_json negative = ordered_json::object();
     ordered_json negative_above = ordered_json::object();
     for (std::size_t m = 0; m < d.names.size(); ++m) {
-        negative[d.names[m]] = o.computed.counts[m].negative;
-        negative_above[d.names[m]] = o.computed.counts[m].negative_above_horizon;
+        const std::string name = as_utf8(d.names[m]);
+        negative[name] = o.computed.counts[m].negative;
+        negative_above[name] = o.computed.counts[m].negative_above_horizon;
     }
     ordered_json strongest;
     if (o.strongest) {
@@ -130,7 +135,7 @@ std::string summary_json(const Options& options, const reflectance::Database& da
         {"program", {{"name", "merl-scan"}, {"version", kVersion}}},
         {"metrics", {d.first_metric, d.second_metric}},
         {"database",
-         {{"name", database.name()},
+         {{"name", as_utf8(database.name())},
           {"kind", database.kind()},
           {"content_hash", o.computed.content_hash},
           {"grid", {{"theta_h", grid.theta_h}, {"theta_d", grid.theta_d}, {"phi_d", grid.phi_d}}}}},
@@ -196,7 +201,7 @@ void print_summary(const Options& options, const reflectance::Database& database
     const auto& d = o.distances;
     const auto& counts = o.census.counts;
     const auto line = [](const char* name, const std::string& text) {
-        fmt::print("{:<16}{}\n", name, text);
+        print_line(fmt::format("{:<16}{}", name, text), kResultsAreThere);
     };
     line("database", fmt::format("{}, {}", database.name(), database.kind()));
     line("metrics", fmt::format("{}, {}", d.first_metric, d.second_metric));
@@ -237,11 +242,14 @@ void print_summary(const Options& options, const reflectance::Database& database
 }
 
 /// Writes the tables; summary.json, the last, is what says that they are complete.
-void write_results(const OutputDirectory& out, const Outcome& o) {
+void write_results(const OutputDirectory& out, const Outcome& o, bool quiet) {
+    Progress progress("writing", quiet);
     out.write("pairs.csv", [&](int file) { scan::write_pairs(file, o.distances); });
     throw_if_interrupted();
-    out.write("disagreements.csv",
-              [&](int file) { scan::write_disagreements(file, o.distances, o.disagreements); });
+    out.write("disagreements.csv", [&](int file) {
+        scan::write_disagreements(file, o.distances, o.disagreements,
+                                  [&](double share) { progress.update(share); });
+    });
     throw_if_interrupted();
     out.write("selection.csv",
               [&](int file) { scan::write_selection(file, o.distances, o.selection); });
@@ -315,7 +323,7 @@ int run(const Options& options) {
     }
     o.seconds.list = watch.lap();
     throw_if_interrupted();
-    write_results(out, o);
+    write_results(out, o, options.quiet);
     o.seconds.write = watch.lap();
     throw_if_interrupted();
     const std::string summary = summary_json(options, *database, context, o);
@@ -335,31 +343,39 @@ void add_scan(CLI::App& program, Command& chosen) {
         "scan",
         "All pair distances under two metrics, all disagreements, and the configurations for "
         "judges");
-    command->add_option(
-        "--database", options->database,
-        "A directory of MERL .binary files (default: the built-in stand-in database)");
-    command->add_option("--out", options->out, "The directory to make")->capture_default_str();
+    command
+        ->add_option("--database", options->database,
+                     "A directory of MERL .binary files (default: the built-in stand-in database)")
+        ->transform(not_empty());
+    command->add_option("--out", options->out, "The directory to make")
+        ->transform(not_empty())
+        ->capture_default_str();
     command
         ->add_option("--metrics", options->metrics,
                      "Two metrics; the left pair has the smaller first")
         ->delimiter(',')
         ->expected(1, 2)
         ->capture_default_str();
+    constexpr std::uint32_t kMost = std::numeric_limits<std::uint32_t>::max();
     command->add_option("--select", options->select, "Configurations for judges")
+        ->transform(whole_number(0, kMost))
         ->capture_default_str();
     command
         ->add_option("--per-material", options->per_material,
                      "In how many of them a material may take part")
+        ->transform(whole_number(0, kMost))
         ->capture_default_str();
-    command->add_option("--disagreements", options->disagreements,
-                        "Write only the strongest N disagreements, 0 for none (default: all)");
+    command
+        ->add_option("--disagreements", options->disagreements,
+                     "Write only the strongest N disagreements, 0 for none (default: all)")
+        ->transform(whole_number(0, std::numeric_limits<std::uint64_t>::max()));
     command->add_option("--device", options->device,
                         "A Vulkan device by number or part of its name (default: the best)");
     command->add_option("--memory", options->memory, "Bound on device memory, like 512M or 2G")
-        ->transform(CLI::AsSizeValue(false))
+        ->transform(byte_count())
         ->default_str("1G");
     command->add_option("--threads", options->threads, "Processor threads (default: all)")
-        ->check(CLI::Range(1, 4096));
+        ->transform(whole_number(1, 4096));
     command->add_flag("--fast", options->fast,
                       "Do not refine: float32 decides, and what it leaves open is counted");
     command->add_flag("--force", options->force, "Replace the results in an existing directory");

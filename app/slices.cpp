@@ -2,15 +2,20 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <memory>
 #include <numbers>
 
 #include "app/commands.h"
 #include "app/exit_status.h"
 #include "app/image.h"
+#include "app/options.h"
 #include "app/output_directory.h"
+#include "app/progress.h"
+#include "app/terminal.h"
 #include "engine/error.h"
 #include "engine/reflectance/domain.h"
+#include "scan/csv.h"
 
 namespace merl::app {
 namespace {
@@ -26,6 +31,7 @@ struct Options {
     std::string database;
     std::vector<std::string> materials;
     bool force = false;
+    bool quiet = false;
 };
 
 /// A column of figure 4.4 of Ryman 2018, with the constant that keeps it within 0 and 1.
@@ -67,8 +73,18 @@ Image encoded(const Image& image, const Encode& encode) {
     return result;
 }
 
+/// Writes NAME.exr with the values and NAME.png with what is to be seen.
+void write_images(const OutputDirectory& out, const std::string& name, const Image& values,
+                  const Image& shown, const std::string& comment = {}) {
+    const auto write = [&](const std::string& file, const std::string& bytes) {
+        out.write(file, [&](int descriptor) { scan::write_all(descriptor, bytes); });
+    };
+    write(name + ".exr", exr_file(values, comment));
+    write(name + ".png", png_file(shown, comment));
+}
+
 /// The six panels of figure 4.4 on white, M_r = 0 above M_r = 0.5.
-void write_figure(const OutputDirectory& out) {
+void write_figure(const OutputDirectory& out, const std::function<void()>& progress) {
     Image sheet(3 * kPixels + 4 * kMargin, 2 * kPixels + 3 * kMargin);
     std::fill(sheet.pixels.begin(), sheet.pixels.end(), std::array<float, 3>{1, 1, 1});
     for (std::uint32_t row = 0; row < 2; ++row) {
@@ -77,8 +93,8 @@ void write_figure(const OutputDirectory& out) {
             const Image shown = encoded(values, lightness);
             const auto name =
                 fmt::format("figure-4.4-{}-mr{}", kColumns[column].name, row == 0 ? "0" : "0.5");
-            write_exr(out.path(name + ".exr"), values);
-            write_png(out.path(name + ".png"), shown);
+            write_images(out, name, values, shown);
+            progress();
             for (std::uint32_t y = 0; y < kPixels; ++y) {
                 for (std::uint32_t x = 0; x < kPixels; ++x) {
                     sheet.at(kMargin + column * (kPixels + kMargin) + x,
@@ -87,7 +103,7 @@ void write_figure(const OutputDirectory& out) {
             }
         }
     }
-    write_png(out.path("figure-4.4.png"), sheet);
+    out.write("figure-4.4.png", [&](int file) { scan::write_all(file, png_file(sheet)); });
 }
 
 /// The BRDF image slice of a material (Burley 2012): phi_d = 90 degrees, theta_h to the right and
@@ -124,20 +140,46 @@ Image material_slice(const reflectance::Database& database, std::size_t material
     return image;
 }
 
-int run(const Options& options) {
-    const auto database = open_database(options.database);
-    const auto& names = database->materials();
+/// Indices of the materials named by values of --materials, each of which is a name or, if there is
+/// none like that, names with commas between them.
+std::vector<std::size_t> find_materials(const reflectance::Database& database,
+                                        const std::vector<std::string>& values) {
+    const auto& names = database.materials();
+    std::vector<std::string> wanted;
+    for (const auto& value : values) {
+        if (std::find(names.begin(), names.end(), value) != names.end()) {
+            wanted.push_back(value);
+            continue;
+        }
+        std::size_t begin = 0;
+        for (auto end = value.find(','); end != std::string::npos; end = value.find(',', begin)) {
+            wanted.push_back(value.substr(begin, end - begin));
+            begin = end + 1;
+        }
+        wanted.push_back(value.substr(begin));
+    }
     std::vector<std::size_t> materials;
-    for (const auto& wanted : options.materials) {
-        const auto found = std::find(names.begin(), names.end(), wanted);
+    for (const auto& name : wanted) {
+        const auto found = std::find(names.begin(), names.end(), name);
         if (found == names.end()) {
             throw Error(Fault::usage,
                         fmt::format("{} has no material \"{}\"; `merl-scan database info` "
                                     "lists its {} materials",
-                                    database->name(), wanted, names.size()));
+                                    database.name(), name, names.size()));
         }
-        materials.push_back(static_cast<std::size_t>(found - names.begin()));
+        const auto index = static_cast<std::size_t>(found - names.begin());
+        if (std::find(materials.begin(), materials.end(), index) == materials.end()) {
+            materials.push_back(index);
+        }
     }
+    return materials;
+}
+
+int run(const Options& options) {
+    const auto database = open_database(options.database);
+    const auto& names = database->materials();
+    const auto materials = find_materials(*database, options.materials);
+    const auto file_name = [&](std::size_t material) { return "material-" + names[material]; };
     std::vector<std::string> owned;
     const auto own = [&](const std::string& name) {
         owned.push_back(name + ".exr");
@@ -148,20 +190,37 @@ int run(const Options& options) {
         own(fmt::format("figure-4.4-{}-mr0.5", column.name));
     }
     for (const auto material : materials) {
-        own(names[material]);
+        own(file_name(material));
     }
     owned.emplace_back("figure-4.4.png");
     OutputDirectory out(options.out, options.force, owned);
-    write_figure(out);
-    for (const auto material : materials) {
-        const Image slice = material_slice(*database, material);
-        write_exr(out.path(names[material] + ".exr"), slice);
-        // A perfect white diffuser, 1/pi, is shown as white; highlights are cut off.
-        write_png(out.path(names[material] + ".png"),
-                  encoded(slice, [](float f) { return srgb(f * std::numbers::pi_v<float>); }));
+    {
+        Progress progress("drawing", options.quiet);
+        std::size_t done = 0;
+        const auto step = [&] {
+            progress.update(static_cast<double>(++done) /
+                            static_cast<double>(2 * kColumns.size() + materials.size()));
+        };
+        write_figure(out, step);
+        for (const auto material : materials) {
+            const Image slice = material_slice(*database, material);
+            // A perfect white diffuser, 1/pi, is shown as white; highlights are cut off.
+            const Image shown =
+                encoded(slice, [](float f) { return srgb(f * std::numbers::pi_v<float>); });
+            write_images(out, file_name(material), slice, shown,
+                         as_utf8(fmt::format("{} of {}, {}", names[material], database->name(),
+                                             database->kind())));
+            step();
+        }
     }
     out.commit();
-    fmt::print("{} images in {}\n", owned.size(), options.out);
+    if (!options.quiet) {
+        const auto source = materials.empty() ? std::string()
+                                              : fmt::format("; materials of {}, {}",
+                                                            database->name(), database->kind());
+        print_line(fmt::format("{} images in {}{}", owned.size(), options.out, source),
+                   kResultsAreThere);
+    }
     return kSuccess;
 }
 
@@ -171,13 +230,18 @@ void add_slices(CLI::App& program, Command& chosen) {
     auto options = std::make_shared<Options>();
     auto* command = program.add_subcommand(
         "slices", "Images of the projected area weight and of s_MERL, and of materials");
-    command->add_option("--out", options->out, "The directory to make")->required();
-    command->add_option(
-        "--database", options->database,
-        "A directory of MERL .binary files (default: the built-in stand-in database)");
-    command->add_option("--materials", options->materials, "Materials to draw a slice of")
-        ->delimiter(',');
+    command->add_option("--out", options->out, "The directory to make")
+        ->transform(not_empty())
+        ->required();
+    command
+        ->add_option("--database", options->database,
+                     "A directory of MERL .binary files (default: the built-in stand-in database)")
+        ->transform(not_empty());
+    command->add_option("--materials", options->materials,
+                        "Materials to draw a slice of: names with commas between them, or the "
+                        "option more than once");
     command->add_flag("--force", options->force, "Replace the images in an existing directory");
+    command->add_flag("--quiet", options->quiet, "No progress and no summary");
     command->footer(
         "Draws figure 4.4 of Ryman 2018: projected area, 0.05 s_MERL, and 0.4 times their\n"
         "product, at M_r = 0 and 0.5, M_s to the right and M_t upwards. For each material, its\n"

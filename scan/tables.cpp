@@ -30,7 +30,8 @@ struct Chunk {
 
 /// Writes rows 0 to count-1 in order; `append` appends the text of one row, on any thread.
 void write_rows(int file, std::size_t count,
-                const std::function<void(std::string& text, std::size_t row)>& append) {
+                const std::function<void(std::string& text, std::size_t row)>& append,
+                const std::function<void(double share)>& progress = {}) {
     // The pipeline passes pointers into this ring: oneTBB loses what its tokens own when a filter
     // throws. A chunk is free again when its turn comes, as no more are under way than there are
     // and they leave in order.
@@ -54,7 +55,12 @@ void write_rows(int file, std::size_t count,
         }
         return chunk;
     };
-    const auto write = [&](Chunk* chunk) { write_all(file, chunk->text); };
+    const auto write = [&](Chunk* chunk) {
+        write_all(file, chunk->text);
+        if (progress) {
+            progress(static_cast<double>(chunk->end) / static_cast<double>(count));
+        }
+    };
     tbb::parallel_pipeline(
         ring.size(), tbb::make_filter<void, Chunk*>(tbb::filter_mode::serial_in_order, take) &
                          tbb::make_filter<Chunk*, Chunk*>(tbb::filter_mode::parallel, format) &
@@ -130,17 +136,21 @@ void write_pairs(int file, const Distances& distances) {
 }
 
 void write_disagreements(int file, const Distances& distances,
-                         std::span<const Configuration> configurations) {
+                         std::span<const Configuration> configurations,
+                         const std::function<void(double share)>& progress) {
     distances.validate();
     write_all(file, configuration_header(distances));
 
     std::vector<PairText> pairs(distances.pairs());
     tbb::parallel_for(std::uint32_t{0}, distances.pairs(),
                       [&](std::uint32_t pair) { pairs[pair] = text_of(distances, pair); });
-    write_rows(file, configurations.size(), [&](std::string& text, std::size_t row) {
-        const auto& [left, right, agreement] = configurations[row];
-        append_row(text, pairs[left], pairs[right], agreement);
-    });
+    write_rows(
+        file, configurations.size(),
+        [&](std::string& text, std::size_t row) {
+            const auto& [left, right, agreement] = configurations[row];
+            append_row(text, pairs[left], pairs[right], agreement);
+        },
+        progress);
 }
 
 void write_selection(int file, const Distances& distances,

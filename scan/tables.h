@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <span>
 
 #include "scan/agreement.h"
@@ -20,8 +21,11 @@ void write_pairs(int file, const Distances& distances);
 /// left_1,left_2,right_1,right_2,D1_left,D1_right,D2_left,D2_right,agreement: one row a
 /// configuration, in the given order. Rows are formatted on the threads of the caller's arena while
 /// earlier ones are written; memory is bounded by what the pairs need, not by the rows.
+/// After every few thousand rows `progress` is called with the share that is written, on any thread
+/// but one at a time; what it throws ends the writing and comes out.
 void write_disagreements(int file, const Distances& distances,
-                         std::span<const Configuration> configurations);
+                         std::span<const Configuration> configurations,
+                         const std::function<void(double share)>& progress = {});
 
 /// rank, counted from 1, and the columns of write_disagreements.
 void write_selection(int file, const Distances& distances,

@@ -192,7 +192,7 @@ std::size_t choose(const std::vector<DeviceInfo>& devices, const std::string& wa
     }
     std::string list;
     for (const auto& d : devices) {
-        list += fmt::format("\n  {}: {} ({}){}", d.index, d.name, d.kind,
+        list += fmt::format("{}{}: {} ({}){}", list.empty() ? "" : "; ", d.index, d.name, d.kind,
                             d.refusal ? ", cannot be used: " + *d.refusal : "");
     }
     const auto lower = [](std::string text) {
@@ -213,11 +213,11 @@ std::size_t choose(const std::vector<DeviceInfo>& devices, const std::string& wa
         if (matches.empty()) {
             throw Error(
                 Fault::device,
-                fmt::format("no Vulkan device is called \"{}\"; there are:{}", wanted, list));
+                fmt::format("no Vulkan device is called \"{}\"; there are: {}", wanted, list));
         }
         if (matches.size() > 1) {
             throw Error(Fault::device,
-                        fmt::format("\"{}\" fits {} Vulkan devices; give an index:{}", wanted,
+                        fmt::format("\"{}\" fits {} Vulkan devices; give an index: {}", wanted,
                                     matches.size(), list));
         }
         if (const auto& refusal = devices[matches[0]].refusal) {
@@ -228,7 +228,7 @@ std::size_t choose(const std::vector<DeviceInfo>& devices, const std::string& wa
     }
     std::erase_if(matches, [&](std::size_t i) { return devices[i].refusal.has_value(); });
     if (matches.empty()) {
-        throw Error(Fault::device, fmt::format("no usable Vulkan device; there are:{}", list));
+        throw Error(Fault::device, fmt::format("no usable Vulkan device; there are: {}", list));
     }
     return *std::min_element(matches.begin(), matches.end(), [&](std::size_t a, std::size_t b) {
         return preference(devices[a]) < preference(devices[b]);

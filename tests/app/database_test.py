@@ -4,9 +4,10 @@ import os
 import re
 import signal
 import struct
+import subprocess
 
 import support
-from support import GRID, INPUT, OUTPUT, Case, known_bug
+from support import GRID, INPUT, OUTPUT, Case
 from support import merl_bytes, samples, voxels, write_database
 
 BYTES = 12 + 24 * voxels(GRID)  # of a whole file
@@ -153,10 +154,13 @@ class BadDirectory(BadDatabase):
         self.assert_scan_refused(*words)
         self.assert_refused(INPUT, words, "database", "info", "db")
 
-    @known_bug("names are printed as they are, line feeds and escape sequences too")
     def test_bad_names_stay_on_one_line(self):
-        (self.database / "two\nlines.binary").touch()
-        self.assert_scan_refused("two", "lines.binary", "0 bytes")
+        (self.database / "two\nlines\x1b[31m\udcff\x9b.binary").touch()
+        shown = r"two\x0alines\x1b[31m\xff\xc2\x9b.binary"
+        self.assert_scan_refused(shown, "0 bytes")
+        result = self.run_program("database", "info", "db")
+        self.assertIn(shown, result.stdout)
+        self.assertNotIn("\x1b", result.stdout)
 
 
 class Info(Case):
@@ -186,6 +190,13 @@ class Info(Case):
         write_database(self.work / "db", 1)
         self.assertEqual(list(self.rows("db/m00.binary")), ["m00"])
 
+    def test_stopped(self):
+        with support.Running(self, "database", "info", stderr=subprocess.DEVNULL) as running:
+            running.wait_for(lambda: running.seconds() > 0.3)
+            running.process.send_signal(signal.SIGINT)
+            running.process.communicate(timeout=2)
+            self.assertEqual(running.process.returncode, support.INTERRUPTED + signal.SIGINT)
+
     def test_built_in(self):
         output = self.assert_success("database", "info")
         self.assertIn("stand-in", output)
@@ -199,10 +210,10 @@ class Info(Case):
         self.assertIn("db", result.stdout + result.stderr)
 
     def test_missing(self):
-        self.assert_missing("nowhere")
-        self.assert_missing("nowhere/")
+        for path in "nowhere", "nowhere/":
+            self.assert_missing(path)
+            self.assert_refused(INPUT, [path, "No such file"], "database", "info", path)
 
-    @known_bug("internal error: std::filesystem::is_directory() throws")
     def test_impossible_name(self):
         self.assert_missing("x" * 300)
 
@@ -226,7 +237,9 @@ class Write(Case):
 
     def test_full_disk(self):
         disk = support.mount(self, "50m")
-        self.assert_refused(OUTPUT, ["full/", "No space left"], "database", "write", disk / "x")
+        line = self.assert_refused(OUTPUT, ["full/x/", ".binary: cannot be", "No space left"],
+                                   "database", "write", disk / "x")
+        self.assertNotIn("partial-", line)
 
     def test_interrupted(self):
         with support.Running(self, "database", "write", "abc") as running:

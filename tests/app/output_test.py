@@ -2,12 +2,13 @@
 
 import os
 import pty
+import resource
 import shutil
 import signal
 import subprocess
 
 import support
-from support import INPUT, OUTPUT, USAGE, Case, known_bug, read_csv, read_json, tree, write_database
+from support import INPUT, OUTPUT, USAGE, Case, read_csv, read_json, tree, write_database
 
 
 class Directory(Case):
@@ -33,6 +34,15 @@ class Directory(Case):
         for name in "file", "dangling":
             self.assert_output_refused([name, "not a directory"], name)
             self.assert_output_refused([name, "not a directory"], name, "--force")
+
+    def test_working_directory_that_is_gone(self):
+        gone = self.work / "gone"
+        gone.mkdir()
+        result = subprocess.run(
+            ["sh", "-c", f'rmdir "{gone}" && exec "{support.PROGRAM}" scan --out there'], cwd=gone,
+            capture_output=True, text=True, check=False)
+        self.assertEqual((result.returncode, result.stdout), (OUTPUT, ""))
+        self.assertIn("there", self.only_line(result.stderr))
 
     def test_impossible_places(self):
         (self.work / "file").touch()
@@ -97,13 +107,22 @@ class Directory(Case):
         self.assert_refused(USAGE, ["nope"], "scan", "--metrics", "nope,rmse", "--out", "out",
                             "--force")
 
-    @known_bug("it removes summary.json before it finds out")
     def test_results_that_cannot_be_replaced_stay_as_they_are(self):
         results = self.scan("--database", "db")
         (results / "selection.csv").unlink()
         (results / "selection.csv").mkdir()
         (results / "selection.csv" / "notes.txt").write_text("mine")
-        self.assert_output_refused(["out"], "out", "--force")
+        self.assert_output_refused(["out/selection.csv", "directory"], "out", "--force")
+
+    def test_old_results_that_cannot_be_moved_stay_as_they_are(self):
+        self.scan("--database", "db")
+        old = self.work / "out" / "selection.csv"  # the second to be moved
+        if subprocess.run(["chattr", "+i", old], capture_output=True, check=False).returncode != 0:
+            self.skipTest("no immutable files here")
+        try:
+            self.assert_output_refused(["out", "Operation not permitted"], "out", "--force")
+        finally:
+            subprocess.run(["chattr", "-i", old], check=True)
 
     def test_standard_output_closed(self):
         result = self.run_program("scan", "--database", "db", "--out", "open")
@@ -114,13 +133,37 @@ class Directory(Case):
             self.assertEqual((self.work / "open" / table).read_bytes(),
                              (self.work / "closed" / table).read_bytes())
 
-    @known_bug("what cannot be printed is lost in silence")
+    def on_full_standard_output(self, *command):
+        """The one line that the program says of it."""
+        with open("/dev/full", "w", encoding="utf-8") as full:
+            result = subprocess.run([support.PROGRAM, *command], cwd=self.work, stdout=full,
+                                    stderr=subprocess.PIPE, text=True, check=False)
+        self.assertEqual(result.returncode, OUTPUT)
+        line = self.only_line(result.stderr)
+        self.assertIn("standard output", line)
+        self.assertIn("No space left", line)
+        return line
+
     def test_tables_on_a_full_standard_output(self):
-        for command in ["devices"], ["database", "info", "db"]:
-            with self.subTest(command), open("/dev/full", "w", encoding="utf-8") as full:
-                process = subprocess.run([support.PROGRAM, *command], cwd=self.work,
-                                         stdout=full, check=False)
-                self.assertEqual(process.returncode, OUTPUT)
+        for command in ["devices"], ["database", "info", "db"], ["--help"], ["--version"]:
+            with self.subTest(command):
+                self.on_full_standard_output(*command)
+
+    def test_summary_on_a_full_standard_output(self):
+        for command in ["scan", "--database", "db", "--out", "out"], ["slices", "--out", "slices"]:
+            self.assertIn("complete", self.on_full_standard_output(*command))
+        self.assertEqual(sorted(os.listdir(self.work / "out")), support.RESULTS)
+
+    def test_nobody_reads_standard_output(self):
+        reader, writer = os.pipe()
+        os.close(reader)
+        result = subprocess.run(
+            [support.PROGRAM, "scan", "--database", "db", "--out", "out"], cwd=self.work,
+            stdout=writer, stderr=subprocess.PIPE, text=True, check=False)
+        os.close(writer)
+        self.assertEqual(result.returncode, OUTPUT)
+        self.assertIn("complete", self.only_line(result.stderr))
+        self.assertEqual(sorted(os.listdir(self.work / "out")), support.RESULTS)
 
 
 class FullDisk(Case):
@@ -133,6 +176,13 @@ class FullDisk(Case):
         self.assert_refused(OUTPUT, ["full/out/disagreements.csv", "No space left"],
                             "scan", "--database", "db", "--out", disk / "out")
 
+    def test_largest_file_allowed(self):
+        limit = resource.getrlimit(resource.RLIMIT_FSIZE)
+        resource.setrlimit(resource.RLIMIT_FSIZE, (65536, limit[1]))
+        self.addCleanup(resource.setrlimit, resource.RLIMIT_FSIZE, limit)
+        self.assert_refused(OUTPUT, ["out/disagreements.csv", "File too large"],
+                            "scan", "--database", "db", "--out", "out")
+
     def test_not_even_the_first_table(self):
         disk = support.mount(self, "4k")
         self.assert_refused(OUTPUT, ["full/out/pairs.csv", "No space left"],
@@ -144,7 +194,6 @@ class FullDisk(Case):
         self.assert_refused(OUTPUT, ["full/out/disagreements.csv", "No space left"], "scan",
                             "--database", "db", "--out", disk / "out", "--force")
 
-    @known_bug("it removes the old results, then cannot rename across file systems")
     def test_force_on_a_disk_of_its_own(self):
         disk = support.mount(self, "1m")
         for number in 3, 7:
@@ -170,9 +219,30 @@ class Stopped(Case):
     def test_terminate(self):
         self.assert_stopped(signal.SIGTERM)
 
-    @known_bug("the hidden directory stays")
     def test_terminal_closed(self):
         self.assert_stopped(signal.SIGHUP)
+
+    def test_nohup(self):
+        before = signal.signal(signal.SIGHUP, signal.SIG_IGN)  # the program inherits it
+        self.addCleanup(signal.signal, signal.SIGHUP, before)
+        with support.Running(self, "scan", "--out", "out") as running:
+            running.wait_for_partial()
+            running.process.send_signal(signal.SIGHUP)
+            running.wait_for(lambda: running.seconds() > 1.5)
+            running.stop(signal.SIGINT)
+
+    def test_while_disagreements_are_written(self):
+        grid = (1, 1, 1)
+        write_database(self.work / "db", {f"m{i}": support.samples(i, grid) for i in range(100)},
+                       grid)
+        with support.Running(self, "scan", "--database", "db", "--out", "out") as running:
+            table = running.wait_for_partial()[0] / "disagreements.csv"
+            running.wait_for(lambda: table.exists() or running.process.poll() is not None)
+            if running.process.poll() is not None:
+                self.skipTest("it wrote 200 MB faster than anybody could stop it")
+            errors = running.stop(signal.SIGINT)
+        self.assertIn("nothing was written", self.only_line(errors))
+        self.assertEqual(os.listdir(self.work), ["db"])
 
     def test_old_results_stay(self):
         write_database(self.work / "db", 3)

@@ -311,6 +311,14 @@ class Names(ScanCase):
         self.assertIn(b'"comma,comma"', quoted)
         self.assertIn(b'"two\nlines"', quoted)
 
+    def test_names_do_nothing_to_a_terminal(self):
+        write_database(self.work / "\x1b[2Jdb", {f"{i}\x1b[31m\n": samples(i) for i in range(5)})
+        output = self.assert_success("scan", "--database", "\x1b[2Jdb", "--out", "out\x1b[m")
+        self.assertIn(r"\x1b[31m\x0a | ", output)
+        self.assertIn(r"\x1b[2Jdb", output)
+        self.assertIn(r"out\x1b[m", output)
+        self.assertNotIn("\x1b", output)
+
     def test_bytewise_order_without_the_extension(self):
         names = ["chrome-steel", "chrome", "Chrome", "chrome.x", "chromeX"]
         write_database(self.work / "db", {n: samples(i) for i, n in enumerate(names)})
@@ -322,12 +330,14 @@ class Names(ScanCase):
         self.assertEqual([pair[1] for pair in pairs[:4]], expected)
 
     def test_names_that_are_no_utf8(self):
-        names = ["a\udcff", "b", "\udcfe"]
+        names = ["a\\xff", "a\udcfe", "a\udcff", "b\u00e9\udced\udca0\udc80"]
         write_database(self.work / "db", {n: samples(i) for i, n in enumerate(names)})
         results = self.scan("--database", "db")
         self.assertEqual([p[:2] for p in pairs_of(results)],
-                         [("a\udcff", "b"), ("a\udcff", "\udcfe"), ("b", "\udcfe")])
-        self.assertEqual(read_json(results / "summary.json")["materials"], 3)
+                         [(a, b) for i, a in enumerate(names) for b in names[i + 1 :]])
+        self.assertEqual(
+            list(read_json(results / "summary.json")["negative_samples"]),
+            [r"a\x5cxff", r"a\xfe", r"a\xff", "b\u00e9" + r"\xed\xa0\x80"])
 
 
 class SameNumbers(ScanCase):

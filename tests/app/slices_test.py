@@ -5,7 +5,7 @@ import struct
 import zlib
 
 import support
-from support import GRID, INPUT, OUTPUT, USAGE, Case, known_bug, merl_bytes, samples, tree, voxels
+from support import GRID, INPUT, OUTPUT, USAGE, Case, merl_bytes, samples, tree, voxels
 from support import write_database
 
 FIGURE = [
@@ -87,8 +87,8 @@ class Slices(Case):
     def test_materials(self):
         output = self.assert_success("slices", "--out", "out", "--materials", "chrome,blue-fabric")
         self.assertIn("17 images", output)
-        self.assert_images(self.work / "out", [*FIGURE, "chrome", "blue-fabric"])
-        blue = read_png(self.work / "out" / "blue-fabric.png")[2]
+        self.assert_images(self.work / "out", [*FIGURE, "material-chrome", "material-blue-fabric"])
+        blue = read_png(self.work / "out" / "material-blue-fabric.png")[2]
         red, _, blue_value = pixel(blue, 180, 180)
         self.assertGreater(blue_value, red)
 
@@ -100,7 +100,7 @@ class Slices(Case):
         numbers = [80 * t for t in theta_h] + [80 * s for s in theta_d] + [-1] * count
         write_database(self.work / "db", {"ramp": numbers, "b": samples(0)})
         self.assert_success("slices", "--database", "db", "--out", "out", "--materials", "ramp")
-        rows = read_png(self.work / "out" / "ramp.png")[2]
+        rows = read_png(self.work / "out" / "material-ramp.png")[2]
         left, right = pixel(rows, 5, 180), pixel(rows, 354, 180)
         low, high = pixel(rows, 180, 354), pixel(rows, 180, 5)
         self.assertLess(left[0], right[0])
@@ -114,13 +114,29 @@ class Slices(Case):
             self.assert_refused(USAGE, [f'"{name}"', "material"], "slices", "--out", "out",
                                 "--materials", name)
 
-    @known_bug("they overwrite its images")
     def test_materials_called_like_the_figure(self):
         materials = {"figure-4.4": samples(0), FIGURE[0]: samples(1)}
         write_database(self.work / "db", materials)
-        for name in materials:
-            self.assert_refused(USAGE, [name], "slices", "--database", "db", "--out", "out",
-                                "--materials", name)
+        output = self.assert_success("slices", "--database", "db", "--out", "out", "--materials",
+                                     ",".join(materials))
+        self.assertIn("17 images", output)
+        self.assert_images(self.work / "out", [*FIGURE, *(f"material-{m}" for m in materials)])
+
+    def test_several_ways_to_name_materials(self):
+        write_database(self.work / "db", {name: samples(0) for name in ("a", "b", "a,b", "c")})
+        for number, (options, drawn) in enumerate((
+            (["a,b"], ["a,b"]), (["a", "--materials", "b"], ["a", "b"]), (["a", "b"], ["a", "b"]),
+            (["b,a,b"], ["a", "b"]), (["c,a", "--materials", "a,b"], ["a", "a,b", "c"]),
+        )):
+            out = f"out{number}"
+            self.assert_success("slices", "--database", "db", "--out", out, "--materials", *options)
+            self.assert_images(self.work / out, [*FIGURE, *(f"material-{m}" for m in drawn)])
+
+    def test_images_of_the_built_in_database_say_that_it_is_a_stand_in(self):
+        output = self.assert_success("slices", "--out", "out", "--materials", "chrome")
+        self.assertIn("stand-in", output)
+        for file in (self.work / "out").glob("*"):
+            self.assertEqual(b"stand-in" in file.read_bytes(), "material-" in file.name, file)
 
     def test_bad_database(self):
         write_database(self.work / "db", 2)
@@ -142,18 +158,18 @@ class Output(Case):
         self.assert_success("slices", "--out", "out", "--materials", "chrome")
         expected = tree(self.work / "out")
         (self.work / "out" / "figure-4.4.png").write_text("old")
-        (self.work / "out" / "chrome.png").write_text("mine")
+        (self.work / "out" / "material-chrome.png").write_text("mine")
         self.assert_success("slices", "--out", "out", "--force")
         after = tree(self.work / "out")
         changed = [str(path) for path in expected if expected[path] != after[path]]
-        self.assertEqual(changed, ["chrome.png"])
+        self.assertEqual(changed, ["material-chrome.png"])
 
     def test_full_disk(self):
         disk = support.mount(self, "1m")
-        self.assert_refused(OUTPUT, ["figure-4.4", "No space left"],
-                            "slices", "--out", disk / "out")
+        line = self.assert_refused(OUTPUT, ["full/out/figure-4.4", "No space left"],
+                                   "slices", "--out", disk / "out")
+        self.assertEqual((line.count("figure-4.4"), line.count("partial-")), (1, 0), line)
 
-    @known_bug("nothing asks whether there was a signal")
     def test_ctrl_c(self):
         names = self.assert_success("database", "info").split("\n\n")[1].splitlines()[1:]
         materials = ",".join(line.split()[0] for line in names)

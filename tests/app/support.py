@@ -130,6 +130,7 @@ class Case(unittest.TestCase):
         self.assertEqual(result.returncode, status, result.stderr)
         self.assertEqual(result.stdout, "")
         line = self.only_line(result.stderr)
+        self.assertTrue(line.startswith("merl-scan: "), line)
         for word in words:
             self.assertIn(word, line)
         self.assertEqual(tree(self.work), before)
@@ -137,7 +138,7 @@ class Case(unittest.TestCase):
 
     def only_line(self, text):
         self.assertTrue(text.endswith("\n"), repr(text))
-        lines = text.removesuffix("Run with --help for more information.\n").splitlines()
+        lines = text.splitlines()
         self.assertEqual(len(lines), 1, text)
         return lines[0]
 
@@ -175,7 +176,7 @@ class Running:
 
     def wait_for_partial(self):
         """Waits for the hidden directory that it writes into."""
-        return self.wait_for(lambda: list(self.case.work.glob(".*.partial*")))
+        return self.wait_for(lambda: list(self.case.work.rglob(".*.partial*")))
 
     def stop(self, signal, seconds=20):
         """Sends a signal, which must end it soon with the status for this signal; returns what it

@@ -1,0 +1,25 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+
+namespace merl::app {
+
+/// The text with every byte that is not UTF-8 as \xNN. A backslash before an x becomes \x5c, so
+/// that different texts stay different.
+std::string as_utf8(std::string_view text);
+
+/// as_utf8 with control characters as \xNN too: on one line, and harmless to a terminal.
+std::string printable(std::string_view text);
+
+/// A note for commands whose results are complete when they print what they did.
+inline constexpr std::string_view kResultsAreThere = "; the results are complete and in place";
+
+/// Writes one line, `printable`, to standard output. Throws Error (output) when that fails, with
+/// `note` after the reason.
+void print_line(std::string_view text, std::string_view note = {});
+
+/// Sees to it that what went to standard output arrived. Throws Error (output) like print_line.
+void flush_output(std::string_view note = {});
+
+}  // namespace merl::app
