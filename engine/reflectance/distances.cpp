@@ -117,7 +117,7 @@ MetricWork make_work(device::Context& context, const SlabPlan& plan, const Metri
         .difference = make_kernel(context, metric, "difference", metric.difference_spirv,
                                   difference, sizeof(DifferencePush), true),
         .norm = {},
-        .bound = {metric, context.limits().subgroup_size, grid_voxels},
+        .bound = {metric, grid_voxels},
         .sums = std::vector<double>(std::size_t{plan.tiles} * kPairs),
         .errors =
             std::vector<double>(metric.has_error_sums() ? std::size_t{plan.tiles} * kPairs : 0),

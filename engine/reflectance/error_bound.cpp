@@ -15,20 +15,18 @@ constexpr double kSlack = 1.01;
 /// The smallest normal float32: a device may flush what is below to zero.
 constexpr double kSmallest = 0x1p-126;
 
-/// Relative error of `difference` beside that of its argument: two_thirds_power (measured over
-/// every float of three octaves, tests/engine/device_test.cpp), and one multiplication.
-constexpr double kTwoThirdsPowerError = 5.5e-7;
+/// Relative error of two_thirds_power (shaders/lib/numerics.glsl; tests/engine/device_test.cpp).
+constexpr double kTwoThirdsPowerError = 4e-7;
 
 /// Texels that difference.comp adds before it adds the run.
 constexpr double kRun = 8;
 
 }  // namespace
 
-ErrorBound::ErrorBound(const Metric& metric, std::uint32_t lanes, std::uint64_t grid_voxels)
+ErrorBound::ErrorBound(const Metric& metric, std::uint64_t grid_voxels)
     : degree_(metric.degree), voxels_(static_cast<double>(grid_voxels)) {
-    // Additions that one term goes through: in its texel, its run, over runs, over lanes.
-    const double additions =
-        2 + kRun + std::ceil(metric.block_texels() / (kRun * lanes)) + (lanes - 1);
+    // Roundings that one term goes through: in its texel, in its run, and of the block's sum.
+    const double additions = 2 + kRun + 1;
     const double evaluation =
         (degree_ < 1 ? kTwoThirdsPowerError : kRoundoff) + degree_ * kRoundoff;
     relative_ = kSlack * (additions * kRoundoff + evaluation);

@@ -10,8 +10,8 @@ namespace merl::reflectance {
 /// every term; tests/engine/error_bound_test.cpp holds them to float64.
 class ErrorBound {
   public:
-    /// For a device with `lanes` lanes in a subgroup, and a database of `grid_voxels` voxels.
-    ErrorBound(const Metric& metric, std::uint32_t lanes, std::uint64_t grid_voxels);
+    /// For a database of `grid_voxels` voxels.
+    ErrorBound(const Metric& metric, std::uint64_t grid_voxels);
 
     /// Of one block and pair with a degree below one: how much the rounding of samples can change
     /// the sum. `error_sum` is what difference.comp gave, `norms` the two materials' norms.

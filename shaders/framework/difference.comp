@@ -22,8 +22,8 @@ layout(push_constant) uniform Push {
     uint tiles_across;  // tiles along one side of the triangle of pairs
 };
 
-// The host knows the same numbers. Texels are added in runs, then the runs, so that fewer roundings
-// pile up.
+// The host knows the same numbers. Texels are added in runs, and the roundings of adding up the runs
+// are kept (Knuth's two-sum) and added in the end, so that only those within a run count.
 const uint kTile = 10;
 const uint kPairs = kTile * kTile;
 const uint kRun = 8;
@@ -46,8 +46,10 @@ void main() {
     int columns = int((block * padded_materials + column_tile * kTile) * kBlockTexels);
 
     float total[kPairs];
+    float lost[kPairs];
     [[unroll]] for (uint i = 0; i < kPairs; ++i) {
         total[i] = 0.0;
+        lost[i] = 0.0;
     }
 #ifdef ERROR_SUMS
     float error[kPairs];
@@ -87,13 +89,18 @@ void main() {
             }
         }
         [[unroll]] for (uint i = 0; i < kPairs; ++i) {
-            total[i] += sum[i];
+            precise float old = total[i];
+            precise float both = old + sum[i];
+            precise float part = both - old;
+            precise float rest = (old - (both - part)) + (sum[i] - part);
+            total[i] = both;
+            lost[i] += rest;
         }
     }
     uint tile_count = tiles_across * (tiles_across + 1) / 2;
     uint out_at = (block * tile_count + tile) * kPairs;
     [[unroll]] for (uint i = 0; i < kPairs; ++i) {
-        float all = subgroupAdd(total[i]);
+        float all = float(subgroupAdd(double(total[i]) + double(lost[i])));
 #ifdef ERROR_SUMS
         float all_errors = subgroupAdd(error[i]);
 #endif

@@ -29,7 +29,7 @@ double two_thirds_power(double d) {
     return root * root;
 }
 
-// |d|^(2/3), relative error below kTwoThirdsPowerError. With the seed scaled so, the polynomial has
+// |d|^(2/3), relative error below 4e-7, mean below 1e-8. With the seed scaled so, the polynomial has
 // leading coefficient 1, which saves a multiplication of sixteen.
 const int kTwoThirdsSeed = 0x5486ca00;
 
@@ -38,5 +38,5 @@ float two_thirds_power(float d) {
     float y = intBitsToFloat(kTwoThirdsSeed - third_of_bits(x));
     float xy = x * y;
     float e = xy * (y * y);
-    return xy * (2.17506886f + e * (-3.40676427f + e * (4.56838512f + e * (e - 3.33147192f))));
+    return xy * (2.17506909f + e * (-3.40676427f + e * (4.56838512f + e * (e - 3.33147216f))));
 }

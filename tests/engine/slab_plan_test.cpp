@@ -42,7 +42,7 @@ void expect_within(const SlabPlan& plan, const device::Limits& limits, std::uint
 
 TEST(SlabPlan, CoversAllVoxelsWithinEveryLimit) {
     for (const std::uint64_t materials : {2, 10, 11, 100, 400, 1000}) {
-        for (const std::uint64_t memory : {64 * kMiB, 256 * kMiB, 1024 * kMiB}) {
+        for (const std::uint64_t memory : {128 * kMiB, 256 * kMiB, 1024 * kMiB}) {
             const auto limits = lavapipe_limits();
             const auto plan = plan_slabs(limits, memory, materials, kMerlVoxels, two_metrics());
             expect_within(plan, limits, memory);
@@ -59,7 +59,7 @@ TEST(SlabPlan, SmallLimitsMakeSmallSlabs) {
     auto plan = plan_slabs(limits, 1024 * kMiB, 100, kMerlVoxels, two_metrics());
     expect_within(plan, limits, 1024 * kMiB);
     limits = lavapipe_limits();
-    limits.texel_buffer_texels = 100 * 768 * 3;
+    limits.texel_buffer_texels = 3 * 1024 * 100 * 3 / 2;  // three blocks of samples, two a texel
     plan = plan_slabs(limits, 1024 * kMiB, 100, kMerlVoxels, two_metrics());
     EXPECT_EQ(plan.slab_blocks, 3U);
     limits = lavapipe_limits();
