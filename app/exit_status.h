@@ -2,7 +2,7 @@
 
 namespace merl::app {
 
-/// Exit statuses of the program (documented in docs/command-line.md).
+/// Exit statuses of the program (documented in README.md and by --help).
 enum ExitStatus : int {
     kSuccess = 0,
     kVerificationFailed = 1,  // `verify` found a wrong number
