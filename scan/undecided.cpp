@@ -64,7 +64,7 @@ class SelectionDoubts {
         for (std::uint32_t pair = 0; pair < distances.pairs(); ++pair) {
             doubt_[pair] = relative(distances.first_bounds[pair], distances.first[pair]) +
                            relative(distances.second_bounds[pair], distances.second[pair]);
-            if (doubt_[pair] > loose) {
+            if (!(doubt_[pair] <= loose)) {  // or unknown
                 wanted_[pair] = true;
                 doubt_[pair] = 0;  // asked for already, and so not compared this time
             }

@@ -1,5 +1,6 @@
 #include "engine/reflectance/reference.h"
 
+#include <tbb/enumerable_thread_specific.h>
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
@@ -15,7 +16,7 @@ constexpr std::uint64_t kBlocksAtATime = 256;
 
 /// Bytes of samples that one thread holds at a time: fewer files are opened, and they stay in
 /// cache.
-constexpr std::uint64_t kThreadBytes = 32ULL << 20U;
+constexpr std::uint64_t kThreadBytes = 16ULL << 20U;
 
 /// The materials of all pairs, ascending.
 std::vector<std::uint32_t> materials_of(std::span<const ReferenceRequest> requests) {
@@ -39,25 +40,32 @@ struct Part {
     std::uint64_t blocks = 0;
 };
 
-/// One material's samples at the voxels of a part, negative ones as zero, block by block.
-std::vector<BlockSamples> read_part(const Database& database, std::uint32_t material,
-                                    const Part& part, std::vector<double>& scratch) {
+/// What a thread works with, kept from part to part: allocating it anew costs as much as the work.
+struct Workspace {
+    std::vector<double> planes;                       // as read
+    std::vector<std::vector<BlockSamples>> samples;   // per material, block by block
+    std::vector<std::unique_ptr<BlockSamples>> grid;  // per material: one block, transformed
+};
+
+/// Reads one material's samples at the voxels of a part, negative ones as zero, block by block.
+void read_part(const Database& database, std::uint32_t material, const Part& part,
+               Workspace& work) {
     const VoxelRange file = {part.runs.front().file_index,
                              part.runs.back().file_index + part.runs.back().length};
-    scratch.resize(3 * file.size());
-    database.read(material, file, scratch);
-    std::vector<BlockSamples> blocks(part.blocks);
+    work.planes.resize(3 * file.size());
+    database.read(material, file, work.planes);
+    auto& blocks = work.samples[material];
+    blocks.resize(part.blocks);
     for (const auto& run : part.runs) {
         for (std::size_t plane = 0; plane < 3; ++plane) {
             const double* from =
-                scratch.data() + plane * file.size() + (run.file_index - file.first);
+                work.planes.data() + plane * file.size() + (run.file_index - file.first);
             for (std::uint64_t i = 0; i < run.length; ++i) {
                 const std::uint64_t at = run.position - part.first + i;
                 blocks[at / kBlockVoxels][plane][at % kBlockVoxels] = std::max(0.0, from[i]);
             }
         }
     }
-    return blocks;
 }
 
 /// One block's sums of all requests, one request after the other.
@@ -66,20 +74,20 @@ using Sums = std::vector<double>;
 /// Sums of every request and pair over each block of a part.
 void sum_part(const Database& database, const Domain& domain,
               std::span<const ReferenceRequest> requests, std::span<const std::uint32_t> materials,
-              const Part& part, std::span<Sums> sums) {
+              const Part& part, Workspace& work, std::span<Sums> sums) {
     std::vector<Voxel> voxels(part.blocks * kBlockVoxels);
     for (const auto& run : part.runs) {
         for (std::uint64_t i = 0; i < run.length; ++i) {
             voxels[run.position - part.first + i] = domain.voxel(run.file_index + i);
         }
     }
-    std::vector<double> scratch;
-    std::vector<std::vector<BlockSamples>> samples(database.materials().size());
+    work.samples.resize(database.materials().size());
+    work.grid.resize(database.materials().size());
     for (const auto material : materials) {
-        samples[material] = read_part(database, material, part, scratch);
+        read_part(database, material, part, work);
     }
     std::size_t at = 0;  // of the request in the sums of a block
-    std::vector<std::unique_ptr<BlockSamples>> grid(samples.size());
+    auto& grid = work.grid;
     for (const auto& request : requests) {
         const auto used = materials_of({&request, 1});
         for (std::uint64_t block = 0; block < part.blocks; ++block) {
@@ -94,7 +102,7 @@ void sum_part(const Database& database, const Domain& domain,
                 if (!grid[material]) {
                     grid[material] = std::make_unique<BlockSamples>();
                 }
-                *grid[material] = samples[material][block];
+                *grid[material] = work.samples[material][block];
                 request.metric->twin.transform(of_block, *grid[material]);
             }
             for (std::size_t p = 0; p < request.pairs.size(); ++p) {
@@ -125,6 +133,7 @@ std::vector<std::vector<double>> reference_distances(const Database& database,
 
     Sums totals(pair_count);
     std::vector<Sums> sums(kBlocksAtATime, Sums(pair_count));
+    tbb::enumerable_thread_specific<Workspace> workspaces;
     for (std::uint64_t first = 0; first < blocks && pair_count > 0; first += kBlocksAtATime) {
         const std::uint64_t count = std::min(kBlocksAtATime, blocks - first);
         const std::uint64_t parts = (count + part_blocks - 1) / part_blocks;
@@ -138,7 +147,7 @@ std::vector<std::vector<double>> reference_distances(const Database& database,
                 std::min(part.first + part.blocks * kBlockVoxels, list.size());
             part.voxels = last - part.first;
             part.runs = list.runs(part.first, last);
-            sum_part(database, domain, requests, materials, part,
+            sum_part(database, domain, requests, materials, part, workspaces.local(),
                      std::span(sums).subspan(part_first, part.blocks));
         });
         for (std::uint64_t i = 0; i < count; ++i) {
