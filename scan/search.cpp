@@ -66,10 +66,10 @@ std::optional<Configuration> DisagreementSearch::next() {
             return Configuration{left.earliest, right.earliest, best.agreement};
         }
         if (left.leaves >= right.leaves) {
-            push(tree_.left(best.left), best.right);
+            push(PairTree::left(best.left), best.right);
             push(tree_.right(best.left), best.right);
         } else {
-            push(best.left, tree_.left(best.right));
+            push(best.left, PairTree::left(best.right));
             push(best.left, tree_.right(best.right));
         }
     }

@@ -301,11 +301,13 @@ class Computation {
                     continue;
                 }
                 const auto* block_norms = norms.data() + block * plan_.padded_materials;
+                const std::size_t first_row = std::size_t{row} * kTile;
+                const std::size_t first_column = std::size_t{column} * kTile;
                 for (std::size_t i = 0; i < kPairs; ++i) {
                     work.errors[to + i] += work.bound.block_error(
                         static_cast<double>(errors[from + i]),
-                        static_cast<double>(block_norms[row * kTile + i / kTile]) +
-                            static_cast<double>(block_norms[column * kTile + i % kTile]));
+                        static_cast<double>(block_norms[first_row + i / kTile]) +
+                            static_cast<double>(block_norms[first_column + i % kTile]));
                 }
             }
         });
