@@ -11,6 +11,7 @@
 #include "scan/search.h"
 #include "scan/selection.h"
 #include "scan/tables.h"
+#include "scan/undecided.h"
 #include "tests/scan/support.h"
 
 namespace merl::scan {
@@ -98,6 +99,22 @@ TEST(Distances, SizesMustMatch) {
     EXPECT_EQ(complaint(four), "3 distances under one: expected 6 for 4 materials");
 }
 
+TEST(Distances, BoundsAreNoneOrOneAPair) {
+    Distances distances = make_distances({1, 1, 1}, {1, 1, 1});
+    distances.first_bounds = {0, 5e-324, infinity};
+    EXPECT_EQ(complaint(distances), "");
+    distances.second_bounds = {0, 0};
+    EXPECT_EQ(complaint(distances), "2 bounds under two: expected none or 3");
+    distances.second_bounds = {0, -1e-9, 0};
+    EXPECT_EQ(complaint(distances), "a bound under two is -1e-09: expected zero or more");
+    distances.second_bounds = {};
+    distances.first_bounds = {0, 0, nan};
+    EXPECT_EQ(complaint(distances), "a bound under one is nan: expected zero or more");
+    EXPECT_THROW(to_refine(distances, 1, 1), std::invalid_argument);
+    EXPECT_THROW(count_undecided(distances), std::invalid_argument);
+    EXPECT_THROW(write_pairs(-1, distances), std::invalid_argument);
+}
+
 TEST(Distances, AtLeastTwoMaterials) {
     Distances one;
     one.names = {"alone"};
@@ -126,6 +143,8 @@ TEST(Distances, EveryEntryPointValidates) {
     EXPECT_THROW(strongest_disagreements(bad, 1), std::invalid_argument);
     EXPECT_THROW(DisagreementSearch{bad}, std::invalid_argument);
     EXPECT_THROW(select_configurations(bad, 1, 1), std::invalid_argument);
+    EXPECT_THROW(to_refine(bad, 1, 1), std::invalid_argument);
+    EXPECT_THROW(count_undecided(bad), std::invalid_argument);
     EXPECT_THROW(write_pairs(-1, bad), std::invalid_argument);
     EXPECT_THROW(write_disagreements(-1, bad, {}), std::invalid_argument);
     EXPECT_THROW(write_selection(-1, bad, {}), std::invalid_argument);

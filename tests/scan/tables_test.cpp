@@ -5,11 +5,13 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <cstdio>
 #include <cstdlib>
 #include <functional>
+#include <limits>
 #include <memory>
 #include <system_error>
 #include <thread>
@@ -74,6 +76,19 @@ TEST(Tables, PairsInPairOrder) {
               "m00000,m00001,1,0\n"
               "m00000,m00002,0.1,2.5\n"
               "m00001,m00002,3e-10,1e+300\n");
+}
+
+TEST(Tables, PairsWithTheirBounds) {
+    Distances distances = make_distances({1, 0.1, 3e-10}, {0, 2.5, 1e300});
+    distances.second_metric = "t,wo";
+    distances.first_bounds = {1e-7, 0, 0};
+    distances.second_bounds = {5e-324, std::numeric_limits<double>::infinity(), 0};
+    EXPECT_EQ(pairs_text(distances),
+              "material_1,material_2,one,\"t,wo\",one_bound,\"t,wo_bound\",one_precision,"
+              "\"t,wo_precision\"\n"
+              "m00000,m00001,1,0,1e-07,5e-324,float32,float32\n"
+              "m00000,m00002,0.1,2.5,0,inf,float64,float32\n"
+              "m00001,m00002,3e-10,1e+300,0,0,float64,float64\n");
 }
 
 TEST(Tables, DisagreementsAndSelection) {
@@ -173,6 +188,48 @@ TEST(Tables, APipeTakesShortWrites) {
     reader.join();
     ::close(ends[0]);
     EXPECT_TRUE(received == expected);
+}
+
+TEST(Tables, ProgressRisesToOne) {
+    const Distances distances = random_cases()[0].make(24, 13);
+    const std::vector<Configuration> list = all_disagreements(distances);
+    ASSERT_GT(list.size(), 10'000U);
+    for (const int threads : {1, 2, 5}) {
+        std::vector<double> shares;
+        testing::with_threads(threads, [&] {
+            written([&](int file) {
+                write_disagreements(file, distances, list,
+                                    [&](double share) { shares.push_back(share); });
+            });
+        });
+        ASSERT_GE(shares.size(), 4U);
+        EXPECT_GT(shares.front(), 0);
+        EXPECT_EQ(shares.back(), 1);
+        EXPECT_TRUE(std::ranges::is_sorted(shares, std::less_equal<>()));
+    }
+}
+
+TEST(Tables, WhatProgressThrowsEndsTheWriting) {
+    struct Enough {};
+    const Distances distances = random_cases()[0].make(24, 13);
+    const std::vector<Configuration> list = all_disagreements(distances);
+    const std::size_t whole = disagreements_text(distances, list).size();
+    for (const int threads : {1, 2, 5}) {
+        testing::with_threads(threads, [&] {
+            int calls = 0;
+            const std::string text = written([&](int file) {
+                EXPECT_THROW(write_disagreements(file, distances, list,
+                                                 [&](double) {
+                                                     if (++calls == 2) {
+                                                         throw Enough();
+                                                     }
+                                                 }),
+                             Enough);
+            });
+            EXPECT_EQ(calls, 2);
+            EXPECT_LT(text.size(), whole);
+        });
+    }
 }
 
 TEST(Tables, AFullDiskIsReported) {
