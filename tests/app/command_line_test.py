@@ -19,7 +19,7 @@ class Help(Case):
         output = self.assert_success("scan", "--help")
         for option in (
             "--database", "--out", "--metrics", "--select", "--per-material", "--device",
-            "--disagreements", "--memory", "--threads", "--force", "--quiet",
+            "--disagreements", "--memory", "--threads", "--fast", "--force", "--quiet",
         ):
             self.assertIn(option, output)
 

@@ -29,17 +29,18 @@ def above_horizon(grid):
 
 
 def lab(rgb):
-    """CIELAB of linear RGB (SPEC 3), read literally: not scaled by 100."""
+    """CIELAB of linear RGB (SPEC 3), read literally: not scaled by 100. The offset 16/116 of f
+    cancels, and is left out so that dark colours keep their digits."""
     r, g, b = rgb
     x = 0.412453 * r + 0.357580 * g + 0.180423 * b
     y = 0.212671 * r + 0.715160 * g + 0.072169 * b
     z = 0.019334 * r + 0.119193 * g + 0.950227 * b
 
     def f(t):
-        return t ** (1 / 3) if t > (24 / 116) ** 3 else 841 / 108 * t + 16 / 116
+        return t ** (1 / 3) - 16 / 116 if t > (24 / 116) ** 3 else 841 / 108 * t
 
     fx, fy, fz = f(x / 95.047), f(y / 100), f(z / 108.883)
-    return 116 * fy - 16, 500 * (fx - fy), 200 * (fy - fz)
+    return 116 * fy, 500 * (fx - fy), 200 * (fy - fz)
 
 
 def same(rgb):
