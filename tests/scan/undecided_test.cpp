@@ -186,8 +186,8 @@ void for_each_case(std::uint64_t seeds,
     for (const auto& random_case : cases()) {
         for (const auto& error : errors()) {
             for (std::uint64_t seed = 0; seed < seeds; ++seed) {
-                SCOPED_TRACE(fmt::format("{}, errors {}, seed {}", random_case.name, error.name,
-                                         seed));
+                SCOPED_TRACE(
+                    fmt::format("{}, errors {}, seed {}", random_case.name, error.name, seed));
                 Random random(seed);
                 const auto materials = static_cast<std::uint32_t>(2 + random() % 10);
                 const Distances exact = random_case.make(materials, seed);
@@ -324,11 +324,18 @@ TEST(ToRefine, IntervalsThatTouchAreUndecided) {
 }
 
 TEST(ToRefine, AWideIntervalMeetsThoseFarBehind) {
-    Distances d = make_distances({5, 1, 2, 3, 4, 9}, {1, 2, 3, 4, 5, 6});
-    d.first_bounds = {0, 3.5, 0.25, 0.25, 0.25, 0.001};
-    d.second_bounds.assign(6, 0);
-    EXPECT_EQ(count_undecided(d), 3U);
-    EXPECT_EQ(to_refine(d, 0, 10).first, (Indices{1, 2, 3, 4}));
+    for (const double scale : {1.0, 1e-4}) {  // with room to be refined first, or not
+        SCOPED_TRACE(scale);
+        std::vector<double> first;
+        for (const double value : {4.0, 0.0, 1.0, 2.0, 3.0, 9.0}) {
+            first.push_back(1 + scale * value);
+        }
+        Distances d = make_distances(std::move(first), {1, 2, 3, 4, 5, 6});
+        d.first_bounds = {0, 3.5 * scale, 0.25 * scale, 0.25 * scale, 0.25 * scale, 1e-6};
+        d.second_bounds.assign(6, 0);
+        EXPECT_EQ(count_undecided(d), 3U);
+        EXPECT_EQ(to_refine(d, 0, 10).first, (Indices{1, 2, 3, 4}));
+    }
 }
 
 TEST(ToRefine, ManyCopiesTakeLittleTime) {
@@ -350,28 +357,47 @@ TEST(ToRefine, ManyCopiesTakeLittleTime) {
     EXPECT_EQ(select_configurations(d, 100, 10), select_configurations(exact, 100, 10));
 }
 
-TEST(ToRefine, MoreEquallyStrongOnesThanAreCompared) {
-    // All of 600 * 600 configurations of a left and a right pair are equally strong as float32 sees
-    // it; without the second bounds no sign is open, and the order is.
-    const std::uint32_t materials = 50;
+TEST(ToRefine, WhatCouldComeBeforeTheSelected) {
+    // All is exact but one distance, which meets no other. Pairs 1 and 3 have agreement 1 / 4;
+    // pairs 2 and 3 have 1.005 / (2 * 2.0095), which is more, but could be less.
+    const auto make = [](double open) {
+        Distances d = make_distances({0.1, 1, 1.005, 2, 5, 6}, {0.1, 2, open, 1, 5, 6});
+        d.first_bounds.assign(6, 0);
+        d.second_bounds = {0, 0, 0.0018, 0, 0, 0};
+        return d;
+    };
+    Distances d = make(2.0095);
+    EXPECT_EQ(count_undecided(d), 0U);
+    EXPECT_TRUE(to_refine(d, 0, 10).empty());
+    EXPECT_TRUE(to_refine(d, 1, 10).first.empty());
+    EXPECT_EQ(to_refine(d, 1, 10).second, Indices{2});
+    EXPECT_EQ(select_configurations(d, 1, 10).front().left, 1U);
+    const Distances exact = make(2.0105);
+    EXPECT_EQ(refine(d, exact, 1, 10), 1);
+    EXPECT_EQ(select_configurations(d, 1, 10).front().left, 2U);
+    EXPECT_TRUE(to_refine(make(2.0075), 1, 10).empty());  // far enough behind
+}
+
+TEST(ToRefine, MoreThanAreCompared) {
+    // The same, with 600 * 600 configurations between the strongest and the open one.
     std::vector<double> first;
     std::vector<double> second;
-    Random random(2);
-    std::uniform_real_distribution<double> near(-2e-8, 2e-8);
-    for (std::uint64_t i = 0; i < pair_count(materials); ++i) {
-        const bool left = i % 2 == 0;
-        first.push_back(left ? 1 : 2);
-        second.push_back((left ? 2 : 1) + static_cast<double>(i) * 1e-6);
+    for (std::uint32_t i = 0; i < pair_count(50); ++i) {
+        const double step = i * 1e-9;
+        first.push_back(i == 0 ? 1.005 : (i % 2 == 0 ? 1 : 2) + step);
+        second.push_back(i == 0 ? 2.0098 : (i % 2 == 0 ? 2 : 1) + step);
     }
-    Distances exact = make_distances(std::move(first), std::move(second));
-    Distances d = exact;
+    Distances d = make_distances(std::move(first), std::move(second));
     d.first_bounds.assign(d.pairs(), 0);
-    d.second_bounds.assign(d.pairs(), 1e-4);
-    for (double& value : d.second) {
-        value += near(random);
-    }
-    EXPECT_LE(refine(d, exact, 100, 10), 3);
-    EXPECT_EQ(select_configurations(d, 100, 10), select_configurations(exact, 100, 10));
+    d.second_bounds.assign(d.pairs(), 0);
+    d.second_bounds[0] = 0.0018;
+    EXPECT_EQ(count_undecided(d), 0U);
+    EXPECT_TRUE(to_refine(d, 1, 10).first.empty());
+    EXPECT_EQ(to_refine(d, 1, 10).second, Indices{0});
+    Distances exact = d;
+    exact.second[0] = 2.0112;
+    EXPECT_EQ(refine(d, exact, 1, 10), 1);
+    EXPECT_EQ(select_configurations(d, 1, 10).front().left, 0U);
 }
 
 TEST(ToRefine, NeedsBounds) {
