@@ -53,8 +53,10 @@ double ErrorBound::distance(double sum, double norm_a, double norm_b, double err
     if (degree_ == 1) {
         change += kSlack * kRoundoff * (norm_a + norm_b);
     }
-    // |sqrt(x) - sqrt(y)| = |x - y| / (sqrt(x) + sqrt(y)), and y >= x - change.
-    double bound = change / (std::sqrt(sum) + std::sqrt(std::max(0.0, sum - change)));
+    // |sqrt(x) - sqrt(y)| = |x - y| / (sqrt(x) + sqrt(y)), with y >= x - change, and <= sqrt(|x -
+    // y|), which is the better one near zero.
+    const double by_quotient = change / (std::sqrt(sum) + std::sqrt(std::max(0.0, sum - change)));
+    double bound = sum > change ? by_quotient : std::sqrt(change);
     if (degree_ == 2) {  // E is a norm: the triangle inequality
         bound += kSlack * kRoundoff * (std::sqrt(norm_a) + std::sqrt(norm_b));
     }

@@ -71,12 +71,6 @@ def tree(directory):
     }
 
 
-def known_bug(_what):
-    """A test that the program does not pass yet. Once it does, the test run says "unexpected
-    success": then this mark goes away."""
-    return unittest.expectedFailure
-
-
 class Case(unittest.TestCase):
     """A test with an empty directory `self.work`, in which the program runs."""
 

@@ -41,6 +41,7 @@ void expect_bounds_hold(const Database& database) {
         for (std::size_t p = 0; p < exact[m].size(); ++p) {
             const auto [i, j] = requests[m].pairs[p];
             // What the float64 twin itself may be off: some 1e-15 of the samples' norms.
+            EXPECT_TRUE(std::isfinite(result.distances[m].bounds[p]));
             EXPECT_NEAR(result.distances[m].values[p], exact[m][p],
                         result.distances[m].bounds[p] + 1e-13 * exact[m][p])
                 << chosen[m]->name << " " << i << " " << j;
