@@ -296,7 +296,8 @@ int run(const Options& options) {
         Progress progress("refining", options.quiet);
         // The strongest disagreement is printed, so at least one is selected.
         o.refined = refine(o.distances, *database, metrics, std::max(1U, options.select),
-                           options.per_material, [&](double share) { progress.update(share); });
+                           std::max(1U, options.per_material),
+                           [&](double share) { progress.update(share); });
     }
     o.seconds.refine = watch.lap();
     o.census = scan::count_disagreements(o.distances);
