@@ -4,10 +4,10 @@
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
-mapfile -t sources < <(git ls-files '*.cpp' '*.h')
+mapfile -t sources < <(find app engine scan tests -name '*.cpp' -o -name '*.h' | sort)
 if [ "${1:-}" = --fix ]; then
     exec clang-format -i "${sources[@]}"
 fi
 clang-format --dry-run --Werror "${sources[@]}"
-git ls-files 'app/*.cpp' 'engine/*.cpp' 'scan/*.cpp' |
+find app engine scan -name '*.cpp' | sort |
     xargs -P "$(nproc)" -n 1 clang-tidy -p build/release --quiet 2>/dev/null
