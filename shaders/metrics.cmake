@@ -1,4 +1,4 @@
-# Turns each metric file into a library entry: its four kernels as SPIR-V, its text, and its float64
+# Turns each metric file into a library entry: its kernels as SPIR-V, its text, and its float64
 # twin compiled from the same file. Adds everything to `target`.
 
 find_program(GLSLANG_VALIDATOR glslangValidator REQUIRED)
@@ -53,7 +53,11 @@ function(add_metrics target folder list)
     endif()
     configure_file(${PROJECT_SOURCE_DIR}/engine/reflectance/metric.cpp.in
                    ${CMAKE_CURRENT_BINARY_DIR}/metrics/${METRIC_ID}.cpp @ONLY)
-    foreach(stage weigh prepare norms difference)
+    set(stages weigh prepare norms difference)
+    if(METRIC_PER_CHANNEL)
+      list(APPEND stages ranges slopes)
+    endif()
+    foreach(stage IN LISTS stages)
       compile_metric_kernel(${METRIC_ID} ${stage} "${defines}")
     endforeach()
     target_sources(${target} PRIVATE ${CMAKE_CURRENT_BINARY_DIR}/metrics/${METRIC_ID}.cpp)

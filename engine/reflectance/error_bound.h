@@ -13,13 +13,15 @@ class ErrorBound {
     /// For a database of `grid_voxels` voxels.
     ErrorBound(const Metric& metric, std::uint64_t grid_voxels);
 
-    /// Of one block and pair with a degree below one: how much the rounding of samples can change
-    /// the sum. `error_sum` is what difference.comp gave, `norms` the two materials' norms.
-    double block_error(double error_sum, double norms) const;
+    /// What the device sums beside a distance, over all voxels; 0 where the metric has no such sum.
+    struct Sums {
+        double norm_a = 0;  // of h from zero, of each material (norms.comp)
+        double norm_b = 0;
+        double slopes = 0;  // slopes.comp
+    };
 
-    /// Of a distance: `sum` is the total over all blocks, `norm_a` and `norm_b` the materials' sums
-    /// of h from zero, `errors` the total of block_error(). Infinite for a metric without a degree.
-    double distance(double sum, double norm_a, double norm_b, double errors) const;
+    /// Of a distance whose sum of h is `sum`. Infinite for a metric without a degree.
+    double distance(double sum, const Sums& sums) const;
 
   private:
     double degree_;

@@ -17,6 +17,9 @@ constexpr std::uint32_t kBlockVoxels = 1024;
 /// Voxels of a cell, the unit that a kernel prepares at a time; likewise.
 constexpr std::uint32_t kCellVoxels = 4;
 
+/// Texels of a chunk, over which ranges.comp takes smallest and largest numbers; likewise.
+constexpr std::uint32_t kChunkTexels = 8;
+
 /// One block of one material: red, green and blue (or what a transform makes of them), zero beyond
 /// the last voxel.
 using BlockSamples = std::array<std::array<double, kBlockVoxels>, 3>;
@@ -44,16 +47,27 @@ struct Metric {
     std::span<const std::uint32_t> weigh_spirv;
     std::span<const std::uint32_t> prepare_spirv;
     std::span<const std::uint32_t> norms_spirv;
+    std::span<const std::uint32_t> ranges_spirv = {};  // empty unless has_slopes()
+    std::span<const std::uint32_t> slopes_spirv = {};  // likewise
     std::span<const std::uint32_t> difference_spirv;
     MetricTwin twin;
 
     /// The value of `// key: value` in the file's header; empty when there is none.
     std::string_view header(std::string_view key) const;
 
-    bool has_bound() const { return degree > 0; }
+    /// Whether its bound needs ranges.comp and slopes.comp: a power below one is steep near zero.
+    bool has_slopes() const { return degree > 0 && degree < 1; }
 
-    /// Whether difference.comp also sums errors: a power below one is steep near zero.
-    bool has_error_sums() const { return degree > 0 && degree < 1; }
+    /// Whether its bound needs norms.comp.
+    bool has_norms() const { return degree >= 1; }
+
+    /// Materials along one side of a tile of pairs (shaders/framework/metric.glsl).
+    std::uint32_t tile() const {
+        if (degree == 0) {
+            return 5;
+        }
+        return degree < 1 ? 10 : 20;
+    }
 
     /// How the grid of this metric is cut into texels (shaders/framework/metric.glsl).
     std::uint32_t cell_texels() const { return degree > 0 ? 3 : 4; }

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <type_traits>
 
 #include "engine/error.h"
 
@@ -13,7 +14,12 @@ namespace {
 constexpr std::uint64_t kSlabsForOverlap = 4;
 constexpr std::uint64_t kMaxMaterials = 65536;
 
-std::uint64_t divide_up(std::uint64_t a, std::uint64_t b) {
+/// A device that is the processor itself reads what it has just written from its caches, when slabs
+/// are not much larger than those; much smaller ones would only cost submissions.
+constexpr std::uint64_t kCachedBytes = 64ULL << 20U;
+
+template <typename T>
+T divide_up(T a, std::type_identity_t<T> b) {
     return (a + b - 1) / b;
 }
 
@@ -24,41 +30,64 @@ std::string mebibytes(std::uint64_t bytes) {
 
 }  // namespace
 
+PairTiles SlabPlan::tiles(const Metric& metric) const {
+    return {.side = metric.tile(), .across = divide_up(materials, metric.tile())};
+}
+
+std::uint64_t SlabPlan::grid_bytes(const Metric& metric) const {
+    return std::uint64_t{slab_blocks} * tiles(metric).padded_materials() * metric.block_texels() *
+           16;
+}
+
+std::uint64_t SlabPlan::ranges_bytes(const Metric& metric) const {
+    return metric.has_slopes() ? grid_bytes(metric) / kChunkTexels / 2 : 0;
+}
+
+std::uint64_t SlabPlan::norms_bytes(const Metric& metric) const {
+    return metric.has_norms() ? std::uint64_t{slab_blocks} * tiles(metric).padded_materials() * 4
+                              : 0;
+}
+
+std::uint64_t SlabPlan::sums_bytes(const Metric& metric) const {
+    const auto t = tiles(metric);
+    return std::uint64_t{slab_blocks} * t.count() * t.pairs_of_tile() * sizeof(float);
+}
+
 SlabPlan plan_slabs(const device::Limits& limits, std::uint64_t memory_bytes,
                     std::uint64_t materials, std::uint64_t voxels,
                     std::span<const Metric* const> metrics) {
-    const auto tiles_across = divide_up(materials, kTile);
-    const auto tiles = tiles_across * (tiles_across + 1) / 2;
-    if (materials > kMaxMaterials || tiles > limits.groups_x ||
-        tiles_across * kTile > limits.groups_y) {
-        throw Error(Fault::device,
-                    fmt::format("{} materials are more than this device can pair: its "
-                                "largest dispatch is {} x {} workgroups",
-                                materials, limits.groups_x, limits.groups_y));
+    if (materials > kMaxMaterials) {
+        throw Error(Fault::usage, fmt::format("{} materials are more than {}, the most there may be",
+                                              materials, kMaxMaterials));
     }
-    std::uint32_t block_texels = 0;
+    SlabPlan plan = {.materials = static_cast<std::uint32_t>(materials)};
     for (const auto* metric : metrics) {
-        block_texels = std::max(block_texels, metric->block_texels());
+        const auto tiles = plan.tiles(*metric);
+        if (tiles.count() > limits.groups_x || tiles.padded_materials() > limits.groups_y) {
+            throw Error(Fault::device,
+                        fmt::format("{} materials are more than this device can pair: its "
+                                    "largest dispatch is {} x {} workgroups",
+                                    materials, limits.groups_x, limits.groups_y));
+        }
     }
-    SlabPlan plan = {.materials = static_cast<std::uint32_t>(materials),
-                     .padded_materials = static_cast<std::uint32_t>(tiles_across * kTile),
-                     .tiles_across = static_cast<std::uint32_t>(tiles_across),
-                     .tiles = static_cast<std::uint32_t>(tiles)};
-    std::uint64_t sums = 0;  // buffers of pair sums that a slab in flight has
-    std::uint64_t norms = 0;
-    for (const auto* metric : metrics) {
-        sums += metric->has_error_sums() ? 2 : 1;
-        norms += metric->has_bound() ? 1 : 0;
-    }
+    std::uint64_t largest = 0;  // buffer
     const auto bytes_of = [&](std::uint64_t blocks) {
         plan.slab_blocks = static_cast<std::uint32_t>(blocks);
-        return 2 * (plan.samples_bytes() + plan.geometry_bytes() + sums * plan.sums_bytes() +
-                    norms * plan.norms_bytes()) +
-               plan.weights_bytes() + plan.grid_bytes(block_texels);
+        std::uint64_t grid = 0;
+        std::uint64_t ranges = 0;
+        std::uint64_t products = 0;
+        largest = std::max(plan.samples_bytes(), plan.geometry_bytes());
+        for (const auto* metric : metrics) {
+            grid = std::max(grid, plan.grid_bytes(*metric));
+            ranges = std::max(ranges, plan.ranges_bytes(*metric));
+            const auto sums = plan.sums_bytes(*metric);
+            products += (metric->has_slopes() ? 2 : 1) * sums + plan.norms_bytes(*metric);
+            largest = std::max({largest, grid, sums});
+        }
+        return 2 * (plan.samples_bytes() + plan.geometry_bytes() + products) +
+               plan.weights_bytes() + grid + ranges;
     };
     const auto block_bytes = bytes_of(1);
-    const auto largest = std::max({plan.samples_bytes(), plan.geometry_bytes(), plan.sums_bytes(),
-                                   plan.grid_bytes(block_texels)});
     const auto buffer_limit = std::min(
         {limits.storage_buffer_bytes, limits.allocation_bytes, limits.texel_buffer_texels * 16});
     if (largest > buffer_limit) {
@@ -73,9 +102,12 @@ SlabPlan plan_slabs(const device::Limits& limits, std::uint64_t memory_bytes,
                         memory_bytes, materials, mebibytes(block_bytes), block_bytes));
     }
     const auto all_blocks = std::max<std::uint64_t>(1, divide_up(voxels, kBlockVoxels));
-    const auto blocks =
-        std::min({buffer_limit / largest, memory_bytes / block_bytes,
-                  divide_up(all_blocks, kSlabsForOverlap), std::uint64_t{limits.groups_y}});
+    auto blocks = std::min({buffer_limit / largest, memory_bytes / block_bytes,
+                            divide_up(all_blocks, kSlabsForOverlap),
+                            std::uint64_t{limits.groups_y}});
+    if (limits.host_caches) {
+        blocks = std::min(blocks, std::max<std::uint64_t>(1, kCachedBytes / block_bytes));
+    }
     plan.device_bytes = bytes_of(blocks);
     plan.slabs = divide_up(all_blocks, blocks);
     return plan;

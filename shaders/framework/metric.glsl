@@ -38,13 +38,28 @@ struct Voxel {
 const uint kBlockVoxels = 1024;
 const uint kCellVoxels = 4;
 
-// Two ways to lay out the grid of a metric, one rgba32f texel at a time.
+// Two ways to lay out a block of a metric's grid, one rgba32f texel at a time. kTile is the number of
+// materials along a side of a tile of pairs: the cheaper a difference is beside the reading of its
+// texels, the larger the tile should be.
 #ifdef DEGREE_NUMERATOR
 // The difference is a sum over channels of a homogeneous function of one channel's difference: the
-// weight moves into the samples, and a texel is any four consecutive scalars of a material.
+// weight moves into the samples, and a texel is one channel of a cell. A channel is stored as eight
+// rows of kColumns texels, so that a chunk, which is eight consecutive cells, is a column, and lanes
+// side by side read side by side.
 const uint kCellTexels = 3;
+const uint kColumns = 32;
+const uint kChunkTexels = kBlockVoxels / kCellVoxels / kColumns;
+uint channel_texel(uint channel, uint cell) {
+    return channel * (kBlockVoxels / kCellVoxels) + cell % kChunkTexels * kColumns + cell / kChunkTexels;
+}
+#if DEGREE_NUMERATOR < DEGREE_DENOMINATOR
+const uint kTile = 10;
+#else
+const uint kTile = 20;
+#endif
 #else
 // Any difference: a texel is one voxel's transformed sample and its weight.
 const uint kCellTexels = 4;
+const uint kTile = 5;
 #endif
 const uint kBlockTexels = kBlockVoxels / kCellVoxels * kCellTexels;

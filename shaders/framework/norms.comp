@@ -20,7 +20,7 @@ void main() {
         sum += texel_difference(texelFetch(grid, int(row * kBlockTexels + texel)), vec4(0.0));
     }
     float total = subgroupAdd(sum);
-    if (subgroupElect()) {
+    if (gl_LocalInvocationID.x == 0) {
         norms[row] = total;
     }
 }

@@ -31,10 +31,11 @@ void main() {
     uint material = gl_GlobalInvocationID.y;
     uint k = cell * kCellVoxels;
     uint block = k / kBlockVoxels;
-    uint at = (block * padded_materials + material) * kBlockTexels + cell * kCellTexels - block * kBlockTexels;
+    cell -= block * (kBlockVoxels / kCellVoxels);
+    uint at = (block * padded_materials + material) * kBlockTexels;
     if (material >= materials) {
         for (uint i = 0; i < kCellTexels; ++i) {
-            grid[at + i] = vec4(0.0);
+            grid[at + cell * kCellTexels + i] = vec4(0.0);
         }
         return;
     }
@@ -47,14 +48,11 @@ void main() {
     dvec3 t2 = transform(dvec3(red.z, green.z, blue.z), fetch_voxel(k + 2));
     dvec3 t3 = transform(dvec3(red.w, green.w, blue.w), fetch_voxel(k + 3));
 #ifdef DEGREE_NUMERATOR
-    t0 *= weight.x;
-    t1 *= weight.y;
-    t2 *= weight.z;
-    t3 *= weight.w;
-    grid[at] = vec4(vec3(t0), float(t1.x));
-    grid[at + 1] = vec4(vec2(t1.yz), vec2(t2.xy));
-    grid[at + 2] = vec4(float(t2.z), vec3(t3));
+    grid[at + channel_texel(0, cell)] = vec4(dvec4(t0.x, t1.x, t2.x, t3.x) * weight);
+    grid[at + channel_texel(1, cell)] = vec4(dvec4(t0.y, t1.y, t2.y, t3.y) * weight);
+    grid[at + channel_texel(2, cell)] = vec4(dvec4(t0.z, t1.z, t2.z, t3.z) * weight);
 #else
+    at += cell * kCellTexels;
     grid[at] = vec4(dvec4(t0, weight.x));
     grid[at + 1] = vec4(dvec4(t1, weight.y));
     grid[at + 2] = vec4(dvec4(t2, weight.z));

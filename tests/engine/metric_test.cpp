@@ -33,9 +33,9 @@ TEST(Metric, HeaderGivesTheValueOfAKey) {
     EXPECT_EQ(metric.header("nothing"), "");
     EXPECT_DOUBLE_EQ(metric.degree, 2.0 / 3.0);
     EXPECT_EQ(framework_test_metrics()[0].degree, 0);
-    EXPECT_TRUE(metric.has_error_sums());
-    EXPECT_FALSE(find_metric("rmse").has_error_sums());
-    EXPECT_FALSE(framework_test_metrics()[0].has_bound());
+    EXPECT_TRUE(metric.has_slopes());
+    EXPECT_FALSE(find_metric("rmse").has_slopes());
+    EXPECT_EQ(framework_test_metrics()[0].degree, 0);
 }
 
 TEST(Metric, AnUnknownOneIsRefusedWithTheNamesThereAre) {

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <array>
+#include <set>
 
 #include "engine/error.h"
 
@@ -33,11 +34,14 @@ void expect_within(const SlabPlan& plan, const device::Limits& limits, std::uint
     EXPECT_LE(plan.device_bytes, memory);
     EXPECT_LE(plan.samples_bytes(), limits.storage_buffer_bytes);
     EXPECT_LE(plan.geometry_bytes(), limits.storage_buffer_bytes);
-    EXPECT_LE(plan.sums_bytes(), limits.storage_buffer_bytes);
-    EXPECT_LE(plan.grid_bytes(768), limits.storage_buffer_bytes);
-    EXPECT_LE(plan.grid_bytes(768) / 16, limits.texel_buffer_texels);
+    for (const auto* metric : two_metrics()) {
+        EXPECT_LE(plan.sums_bytes(*metric), limits.storage_buffer_bytes);
+        EXPECT_LE(plan.grid_bytes(*metric), limits.storage_buffer_bytes);
+        EXPECT_LE(plan.grid_bytes(*metric) / 16, limits.texel_buffer_texels);
+        EXPECT_LE(plan.tiles(*metric).count(), limits.groups_x);
+        EXPECT_GE(plan.tiles(*metric).padded_materials(), plan.materials);
+    }
     EXPECT_LE(plan.slab_blocks, limits.groups_y);
-    EXPECT_LE(plan.tiles, limits.groups_x);
 }
 
 TEST(SlabPlan, CoversAllVoxelsWithinEveryLimit) {
@@ -48,7 +52,7 @@ TEST(SlabPlan, CoversAllVoxelsWithinEveryLimit) {
             expect_within(plan, limits, memory);
             EXPECT_GE(plan.slabs * plan.slab_voxels(), kMerlVoxels);
             EXPECT_LT((plan.slabs - 1) * plan.slab_voxels(), kMerlVoxels);
-            EXPECT_GE(plan.padded_materials, materials);
+            EXPECT_EQ(plan.materials, materials);
         }
     }
 }
@@ -72,6 +76,31 @@ TEST(SlabPlan, ReadingAndComputingOverlap) {
     limits.storage_buffer_bytes = 4096 * kMiB;
     EXPECT_GE(plan_slabs(limits, 65536 * kMiB, 100, kMerlVoxels, two_metrics()).slabs, 4U);
     EXPECT_EQ(plan_slabs(limits, 65536 * kMiB, 100, 100, two_metrics()).slabs, 1U);
+}
+
+TEST(SlabPlan, SlabsStayNearCachesThatDeviceAndHostShare) {
+    auto limits = lavapipe_limits();
+    limits.host_caches = true;
+    for (const std::uint64_t materials : {2, 100, 1000}) {
+        const auto plan = plan_slabs(limits, 1024 * kMiB, materials, kMerlVoxels, two_metrics());
+        EXPECT_TRUE(plan.device_bytes <= 64 * kMiB || plan.slab_blocks == 1);
+        EXPECT_GE(plan.slabs * plan.slab_voxels(), kMerlVoxels);
+    }
+}
+
+TEST(PairTiles, EveryPairHasOnePlace) {
+    for (const std::uint32_t across : {1U, 2U, 7U}) {
+        const PairTiles tiles = {.side = 3, .across = across};
+        std::set<std::size_t> places;
+        for (std::uint32_t i = 0; i < tiles.padded_materials(); ++i) {
+            for (std::uint32_t j = i + 1; j < tiles.padded_materials(); ++j) {
+                places.insert(tiles.sum_index(i, j));
+            }
+        }
+        const auto n = std::size_t{tiles.padded_materials()};
+        EXPECT_EQ(places.size(), n * (n - 1) / 2);
+        EXPECT_LT(*places.rbegin(), tiles.count() * tiles.pairs_of_tile());
+    }
 }
 
 TEST(SlabPlan, TooLittleMemoryIsAUsageErrorThatSaysHowMuchIsNeeded) {

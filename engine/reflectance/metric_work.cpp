@@ -1,0 +1,228 @@
+#include "engine/reflectance/metric_work.h"
+
+#include <fmt/format.h>
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+namespace merl::reflectance {
+namespace {
+
+using device::Binding;
+using device::BoundKernel;
+using device::Buffer;
+using device::Context;
+using device::Kernel;
+using device::Submission;
+using device::Texels;
+using device::Traffic;
+
+constexpr auto kTexels = Binding::texels;
+constexpr auto kStorage = Binding::storage;
+
+constexpr std::uint32_t kLanes = 256;  // of a workgroup that is not one subgroup
+
+/// Push constants of the kernels in shaders/framework/.
+struct WeighPush {
+    std::uint32_t voxel_count;
+};
+struct PreparePush {
+    std::uint32_t stride, materials, padded_materials;
+};
+struct TilesPush {
+    std::uint32_t tiles_across;
+};
+
+template <typename T>
+std::span<const std::byte> bytes_of(const T& push) {
+    return std::as_bytes(std::span(&push, 1));
+}
+
+Kernel make_kernel(Context& context, const Metric& metric, const char* stage,
+                   std::span<const std::uint32_t> spirv, std::vector<Binding> bindings,
+                   std::uint32_t push_bytes) {
+    return {context, fmt::format("{} {}", metric.name, stage), spirv,
+            Kernel::Options{.bindings = std::move(bindings),
+                            .constants = {kLanes},
+                            .push_bytes = push_bytes,
+                            .one_subgroup = false}};
+}
+
+/// A kernel that gives a subgroup to each tile of pairs or to each material.
+Kernel make_subgroup_kernel(Context& context, const Metric& metric, const char* stage,
+                            std::span<const std::uint32_t> spirv, bool diagonal = false) {
+    return {context, fmt::format("{} {}", metric.name, stage), spirv,
+            Kernel::Options{.bindings = {kTexels, kStorage},
+                            .constants = {context.limits().subgroup_size, diagonal ? 1U : 0U},
+                            .push_bytes = sizeof(TilesPush),
+                            .one_subgroup = true}};
+}
+
+BoundKernel bind(Context& context, const Kernel& kernel, std::initializer_list<Buffer*> buffers) {
+    return {context, kernel, std::span(buffers.begin(), buffers.size())};
+}
+
+Buffer download(Context& context, std::uint64_t bytes) {
+    return {context, bytes, Traffic::download};
+}
+
+}  // namespace
+
+SlabBuffers::SlabBuffers(Context& context, const SlabPlan& plan)
+    : samples(context, plan.samples_bytes(), Traffic::upload, Texels::words),
+      geometry(context, plan.geometry_bytes(), Traffic::upload, Texels::words) {
+    // Nothing on the device may meet a number that was never written.
+    std::ranges::fill(samples.host(), std::byte{0});
+    std::ranges::fill(geometry.host(), std::byte{0});
+}
+
+ScratchBuffers::ScratchBuffers(Context& context, const SlabPlan& plan,
+                               std::span<const Metric* const> metrics)
+    : weights(context, plan.weights_bytes(), Traffic::none, Texels::words),
+      grid([&] {
+          std::uint64_t bytes = 0;
+          for (const auto* metric : metrics) {
+              bytes = std::max(bytes, plan.grid_bytes(*metric));
+          }
+          return Buffer(context, bytes, Traffic::none, Texels::floats);
+      }()) {
+    std::uint64_t bytes = 0;
+    for (const auto* metric : metrics) {
+        bytes = std::max(bytes, plan.ranges_bytes(*metric));
+    }
+    if (bytes > 0) {
+        ranges.emplace(context, bytes, Traffic::none, Texels::floats);
+    }
+}
+
+MetricWork::MetricWork(Context& context, const SlabPlan& plan, const Metric& metric,
+                       std::uint64_t grid_voxels)
+    : metric_(&metric),
+      plan_(plan),
+      tiles_(plan.tiles(metric)),
+      grid_voxels_(grid_voxels),
+      bound_(metric, grid_voxels),
+      weigh_(make_kernel(context, metric, "weigh", metric.weigh_spirv, {kTexels, kStorage},
+                         sizeof(WeighPush))),
+      prepare_(make_kernel(context, metric, "prepare", metric.prepare_spirv,
+                           {kTexels, kTexels, kTexels, kStorage}, sizeof(PreparePush))),
+      difference_(make_subgroup_kernel(context, metric, "difference", metric.difference_spirv)),
+      diagonal_difference_(make_subgroup_kernel(context, metric, "diagonal difference",
+                                                metric.difference_spirv, true)),
+      sums_(tiles_.count() * tiles_.pairs_of_tile()) {
+    if (metric.has_norms()) {
+        norm_ = make_subgroup_kernel(context, metric, "norms", metric.norms_spirv);
+        norms_.resize(tiles_.padded_materials());
+    }
+    if (metric.has_slopes()) {
+        range_ = make_subgroup_kernel(context, metric, "ranges", metric.ranges_spirv);
+        slope_ = make_subgroup_kernel(context, metric, "slopes", metric.slopes_spirv);
+        diagonal_slope_ =
+            make_subgroup_kernel(context, metric, "diagonal slopes", metric.slopes_spirv, true);
+        slopes_.resize(sums_.size());
+    }
+}
+
+MetricWork::Products::Products(Context& context, const MetricWork& work, SlabBuffers& slab,
+                               ScratchBuffers& scratch)
+    : sums_(download(context, work.plan_.sums_bytes(*work.metric_))),
+      weigh_(bind(context, work.weigh_, {&slab.geometry, &scratch.weights})),
+      prepare_(bind(context, work.prepare_,
+                    {&slab.geometry, &slab.samples, &scratch.weights, &scratch.grid})),
+      difference_(bind(context, work.difference_, {&scratch.grid, &sums_})),
+      diagonal_difference_(bind(context, work.diagonal_difference_, {&scratch.grid, &sums_})) {
+    if (work.norm_) {
+        norms_ = download(context, work.plan_.norms_bytes(*work.metric_));
+        norm_ = bind(context, *work.norm_, {&scratch.grid, &*norms_});
+    }
+    if (work.slope_) {
+        slopes_ = download(context, work.plan_.sums_bytes(*work.metric_));
+        range_ = bind(context, *work.range_, {&scratch.grid, &*scratch.ranges});
+        slope_ = bind(context, *work.slope_, {&*scratch.ranges, &*slopes_});
+        diagonal_slope_ = bind(context, *work.diagonal_slope_, {&*scratch.ranges, &*slopes_});
+    }
+}
+
+void MetricWork::record(Submission& submission, Products& products, std::uint32_t voxels,
+                        std::uint32_t blocks) const {
+    const std::uint32_t slab_voxels = blocks * kBlockVoxels;
+    const std::uint32_t padded = tiles_.padded_materials();
+    const TilesPush tiles = {tiles_.across};
+    const auto pairs = [&](BoundKernel& above_diagonal, BoundKernel& diagonal) {
+        if (tiles_.above_diagonal() > 0) {
+            submission.dispatch(above_diagonal, bytes_of(tiles), tiles_.above_diagonal(), blocks);
+        }
+        submission.dispatch(diagonal, bytes_of(tiles), tiles_.across, blocks);
+    };
+    submission.dispatch(products.weigh_, bytes_of(WeighPush{voxels}), slab_voxels / kLanes, 1);
+    submission.dispatch(products.prepare_,
+                        bytes_of(PreparePush{static_cast<std::uint32_t>(plan_.slab_voxels()),
+                                             plan_.materials, padded}),
+                        slab_voxels / kCellVoxels / kLanes, padded);
+    if (products.norm_) {
+        submission.dispatch(*products.norm_, bytes_of(tiles), padded, blocks);
+        submission.download(*products.norms_, products.norms_->bytes());
+    }
+    submission.mark();
+    if (products.slope_) {
+        submission.dispatch(*products.range_, bytes_of(tiles), padded, blocks);
+        pairs(*products.slope_, *products.diagonal_slope_);
+        submission.download(*products.slopes_, products.slopes_->bytes());
+    }
+    pairs(products.difference_, products.diagonal_difference_);
+    submission.download(products.sums_, products.sums_.bytes());
+    submission.mark();
+}
+
+void MetricWork::add(const Products& products, std::uint32_t blocks) {
+    const std::size_t pairs = tiles_.pairs_of_tile();
+    const auto add_tiles = [&](const Buffer& buffer, std::vector<double>& totals) {
+        const auto sums = buffer.host_as<const float>();
+        tbb::parallel_for(std::size_t{0}, std::size_t{tiles_.count()}, [&](std::size_t tile) {
+            double* const total = totals.data() + tile * pairs;
+            for (std::size_t block = 0; block < blocks; ++block) {
+                const float* const sum = sums.data() + (block * tiles_.count() + tile) * pairs;
+                for (std::size_t i = 0; i < pairs; ++i) {
+                    total[i] += static_cast<double>(sum[i]);
+                }
+            }
+        });
+    };
+    add_tiles(products.sums_, sums_);
+    if (products.slopes_) {
+        add_tiles(*products.slopes_, slopes_);
+    }
+    if (products.norms_) {
+        const auto norms = products.norms_->host_as<const float>();
+        for (std::size_t block = 0; block < blocks; ++block) {
+            for (std::size_t i = 0; i < norms_.size(); ++i) {
+                norms_[i] += static_cast<double>(norms[block * norms_.size() + i]);
+            }
+        }
+    }
+}
+
+MetricDistances MetricWork::distances() const {
+    MetricDistances result;
+    for (std::uint32_t i = 0; i < plan_.materials; ++i) {
+        for (std::uint32_t j = i + 1; j < plan_.materials; ++j) {
+            const std::size_t at = tiles_.sum_index(i, j);
+            const double sum = sums_[at];
+            if (!std::isfinite(sum) || sum < 0) {
+                throw std::logic_error(
+                    fmt::format("metric {}: the sum of materials {} and {} is {}", metric_->name,
+                                i, j, sum));
+            }
+            result.values.push_back(std::sqrt(sum / static_cast<double>(grid_voxels_)));
+            result.bounds.push_back(bound_.distance(sum,
+                                                    {.norm_a = norms_.empty() ? 0 : norms_[i],
+                                                     .norm_b = norms_.empty() ? 0 : norms_[j],
+                                                     .slopes = slopes_.empty() ? 0 : slopes_[at]}));
+        }
+    }
+    return result;
+}
+
+}  // namespace merl::reflectance

@@ -1,0 +1,83 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "engine/device/buffer.h"
+#include "engine/device/context.h"
+#include "engine/device/kernel.h"
+#include "engine/device/submission.h"
+#include "engine/reflectance/distances.h"
+#include "engine/reflectance/error_bound.h"
+#include "engine/reflectance/metric.h"
+#include "engine/reflectance/slab_plan.h"
+
+namespace merl::reflectance {
+
+/// What the host writes of a slab in flight.
+struct SlabBuffers {
+    SlabBuffers(device::Context& context, const SlabPlan& plan);
+
+    device::Buffer samples;   // float64 [material][channel][voxel]
+    device::Buffer geometry;  // float64 [voxel][number]
+};
+
+/// Device memory that all metrics and slabs use one after the other.
+struct ScratchBuffers {
+    ScratchBuffers(device::Context& context, const SlabPlan& plan,
+                   std::span<const Metric* const> metrics);
+
+    device::Buffer weights;                // of the voxels
+    device::Buffer grid;                   // [block][material][texel]
+    std::optional<device::Buffer> ranges;  // [block][material][chunk], where a metric has slopes
+};
+
+/// One metric on the device: its kernels (shaders/framework/), and the float64 totals of what they
+/// give.
+class MetricWork {
+  public:
+    MetricWork(device::Context& context, const SlabPlan& plan, const Metric& metric,
+               std::uint64_t grid_voxels);
+
+    /// Buffers for the results of one slab in flight, and the kernels bound to its buffers.
+    class Products {
+      public:
+        Products(device::Context& context, const MetricWork& work, SlabBuffers& slab,
+                 ScratchBuffers& scratch);
+
+      private:
+        friend class MetricWork;
+        device::Buffer sums_;                   // [block][tile][row][column]
+        std::optional<device::Buffer> slopes_;  // likewise, with has_slopes()
+        std::optional<device::Buffer> norms_;   // [block][material], with has_norms()
+        device::BoundKernel weigh_, prepare_, difference_, diagonal_difference_;
+        std::optional<device::BoundKernel> norm_, range_, slope_, diagonal_slope_;
+    };
+
+    /// Records everything for a slab of `voxels` voxels, filled up to `blocks` blocks. Marks twice:
+    /// after the grid is made, and after the differences.
+    void record(device::Submission& submission, Products& products, std::uint32_t voxels,
+                std::uint32_t blocks) const;
+
+    /// Adds the sums of a slab to the totals, each pair's in the order of the blocks.
+    void add(const Products& products, std::uint32_t blocks);
+
+    /// The distances, after the last slab.
+    MetricDistances distances() const;
+
+  private:
+    const Metric* metric_;
+    SlabPlan plan_;
+    PairTiles tiles_;
+    std::uint64_t grid_voxels_;
+    ErrorBound bound_;
+    device::Kernel weigh_, prepare_, difference_, diagonal_difference_;
+    std::optional<device::Kernel> norm_, range_, slope_, diagonal_slope_;
+    std::vector<double> sums_;    // [tile][row][column]
+    std::vector<double> slopes_;  // likewise
+    std::vector<double> norms_;   // [material]
+};
+
+}  // namespace merl::reflectance

@@ -1,0 +1,66 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_control_flow_attributes : require
+#extension GL_KHR_shader_subgroup_arithmetic : require
+
+// Ranges of chunks -> for each block and each pair of materials what bounds the error that the rounding
+// of samples makes under a power below one (docs/numerics.md): the sum over chunks of size / gap^(1/3),
+// where size is the largest |a| + |b| of the chunk and no |a - b| of it is below the gap. A workgroup
+// is one subgroup and takes one block and one tile, as in difference.comp.
+
+#include "framework/metric.glsl"
+#include "framework/pair_tile.glsl"
+
+layout(local_size_x_id = 0) in;
+layout(constant_id = 1) const bool kDiagonal = false;
+
+layout(binding = 0) uniform samplerBuffer ranges;                     // [block][material][chunk/2]
+layout(std430, binding = 1) writeonly buffer Sums { float sums[]; };  // [block][tile][row][column]
+
+layout(push_constant) uniform Push {
+    uint tiles_across;
+};
+
+const uint kPairs = kTile * kTile;
+const uint kTexels = kBlockTexels / kChunkTexels / 2;  // of one block and material
+
+float chunk_slope(vec2 a, vec2 b, float size_of_a, float size_of_b) {
+    float size = size_of_a + size_of_b;
+    float gap = max(max(a.x - b.y, b.x - a.y), size * 5.9604645e-8);  // 2^-24: no less is resolved
+    return size * inverse_cube_root_seed(gap);
+}
+
+void main() {
+    uint block = gl_WorkGroupID.y;
+    PairTile tile = pair_tile(kDiagonal, tiles_across);
+    int rows = int((block * tiles_across + tile.row) * kTile * kTexels);
+    int columns = int((block * tiles_across + tile.column) * kTile * kTexels);
+
+    float sum[kPairs];
+    [[unroll]] for (uint i = 0; i < kPairs; ++i) {
+        sum[i] = 0.0;
+    }
+    for (uint texel = gl_LocalInvocationID.x; texel < kTexels; texel += gl_WorkGroupSize.x) {
+        vec4 column[kTile];
+        vec2 column_size[kTile];
+        [[unroll]] for (uint c = 0; c < kTile; ++c) {
+            column[c] = texelFetch(ranges, columns + int(c * kTexels + texel));
+            column_size[c] = max(abs(column[c].xz), abs(column[c].yw));
+        }
+        [[unroll]] for (uint r = 0; r < kTile; ++r) {
+            vec4 row = texelFetch(ranges, rows + int(r * kTexels + texel));
+            vec2 row_size = max(abs(row.xz), abs(row.yw));
+            [[unroll]] for (uint c = 0; c < kTile; ++c) {
+                sum[r * kTile + c] += chunk_slope(row.xy, column[c].xy, row_size.x, column_size[c].x) +
+                                      chunk_slope(row.zw, column[c].zw, row_size.y, column_size[c].y);
+            }
+        }
+    }
+    uint out_at = (block * pair_tiles(tiles_across) + tile.index) * kPairs;
+    [[unroll]] for (uint i = 0; i < kPairs; ++i) {
+        float all = subgroupAdd(sum[i]);
+        if (gl_LocalInvocationID.x == 0) {
+            sums[out_at + i] = all;
+        }
+    }
+}
