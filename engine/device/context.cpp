@@ -112,7 +112,19 @@ DeviceInfo describe(const vk::raii::PhysicalDevice& physical, std::uint32_t inde
     return info;
 }
 
+/// Lets lavapipe, whose vectors have 256 bits unless it is told otherwise, use the 512 bits of a
+/// processor that has them; what the user has set stays. Before the first instance is made.
+void widen_lavapipe() {
+#if defined(__x86_64__)
+    if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") &&
+        __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vl")) {
+        setenv("LP_NATIVE_VECTOR_WIDTH", "512", /*overwrite=*/0);
+    }
+#endif
+}
+
 vk::raii::Instance make_instance(const vk::raii::Context& loader, const std::string& validate) {
+    widen_lavapipe();
     if (loader.enumerateInstanceVersion() < kVulkanVersion) {
         throw Error(Fault::device,
                     fmt::format("the Vulkan loader offers version {}, and 1.2 is needed",

@@ -45,6 +45,8 @@ struct ContextOptions {
 ///
 /// With MERL_SCAN_VALIDATE in the environment ("core", "sync" or "gpu") the Khronos
 /// validation layer is loaded and every message of it is an error: see check_validation().
+/// Sets LP_NATIVE_VECTOR_WIDTH in the environment to 512 where it is not set and the processor has
+/// AVX-512: lavapipe does not choose that by itself.
 class Context {
   public:
     /// Opens the chosen device, or without a choice the best usable one: discrete before
