@@ -11,6 +11,7 @@
 
 #include "engine/device/submission.h"
 #include "engine/reflectance/error_bound.h"
+#include "engine/reflectance/metric_kernels.h"
 
 namespace merl::reflectance {
 namespace {
@@ -104,18 +105,19 @@ MetricWork make_work(device::Context& context, const SlabPlan& plan, const Metri
                      std::uint64_t grid_voxels) {
     constexpr auto kTexels = Binding::texels;
     constexpr auto kStorage = Binding::storage;
+    const MetricKernels spirv = compile_kernels(metric);
     std::vector<Binding> difference = {kTexels, kStorage};
     if (metric.has_error_sums()) {
         difference.push_back(kStorage);
     }
     MetricWork work = {
         .metric = &metric,
-        .weigh = make_kernel(context, metric, "weigh", metric.weigh_spirv, {kTexels, kStorage},
+        .weigh = make_kernel(context, metric, "weigh", spirv.weigh, {kTexels, kStorage},
                              sizeof(WeighPush), false),
-        .prepare = make_kernel(context, metric, "prepare", metric.prepare_spirv,
+        .prepare = make_kernel(context, metric, "prepare", spirv.prepare,
                                {kTexels, kTexels, kTexels, kStorage}, sizeof(PreparePush), false),
-        .difference = make_kernel(context, metric, "difference", metric.difference_spirv,
-                                  difference, sizeof(DifferencePush), true),
+        .difference = make_kernel(context, metric, "difference", spirv.difference, difference,
+                                  sizeof(DifferencePush), true),
         .norm = {},
         .bound = {metric, grid_voxels},
         .sums = std::vector<double>(std::size_t{plan.tiles} * kPairs),
@@ -124,7 +126,7 @@ MetricWork make_work(device::Context& context, const SlabPlan& plan, const Metri
         .norms = std::vector<double>(plan.padded_materials)};
     if (metric.has_bound()) {
         work.norm =
-            make_kernel(context, metric, "norms", metric.norms_spirv, {kTexels, kStorage}, 0, true);
+            make_kernel(context, metric, "norms", spirv.norms, {kTexels, kStorage}, 0, true);
     }
     return work;
 }

@@ -4,11 +4,14 @@
 
 #include <array>
 #include <cmath>
+#include <filesystem>
+#include <fstream>
 #include <memory>
 #include <string>
 #include <vector>
 
 #include "engine/error.h"
+#include "tests/engine/support.h"
 
 namespace merl::reflectance {
 namespace {
@@ -18,22 +21,16 @@ using Rgb = std::array<double, 3>;
 TEST(Metric, TheLibraryHasFour) {
     std::string names;
     for (const auto& metric : metrics()) {
-        names += std::string(metric.name) + " ";
-        EXPECT_FALSE(metric.header("title").empty()) << metric.name;
-        EXPECT_FALSE(metric.header("formula").empty()) << metric.name;
-        EXPECT_FALSE(metric.header("source").empty()) << metric.name;
+        names += metric.name + " ";
+        EXPECT_FALSE(metric.header.title.empty()) << metric.name;
+        EXPECT_FALSE(metric.header.formula.empty()) << metric.name;
+        EXPECT_FALSE(metric.header.source.empty()) << metric.name;
     }
     EXPECT_EQ(names, "cosine-rmse cwcbrt pawcielab rmse ");
 }
 
-TEST(Metric, HeaderGivesTheValueOfAKey) {
-    const auto& metric = find_metric("cwcbrt");
-    EXPECT_EQ(metric.header("degree"), "2/3");
-    EXPECT_EQ(metric.header("deg"), "");
-    EXPECT_EQ(metric.header("nothing"), "");
-    EXPECT_DOUBLE_EQ(metric.degree, 2.0 / 3.0);
-    EXPECT_EQ(framework_test_metrics()[0].degree, 0);
-    EXPECT_TRUE(metric.has_error_sums());
+TEST(Metric, TheDegreeDecidesOnBounds) {
+    EXPECT_TRUE(find_metric("cwcbrt").has_error_sums());
     EXPECT_FALSE(find_metric("rmse").has_error_sums());
     EXPECT_FALSE(framework_test_metrics()[0].has_bound());
 }
@@ -46,8 +43,58 @@ TEST(Metric, AnUnknownOneIsRefusedWithTheNamesThereAre) {
         EXPECT_EQ(error.fault(), Fault::usage);
         EXPECT_STREQ(error.what(),
                      "there is no metric \"cielab\"; the metrics are: cosine-rmse, "
-                     "cwcbrt, pawcielab, rmse");
+                     "cwcbrt, pawcielab, rmse; a file of your own ends in .glsl");
     }
+}
+
+void expect_refused(const std::string& text, Fault fault, const std::string& part) {
+    try {
+        open_metric(text);
+        FAIL() << text;
+    } catch (const Error& error) {
+        EXPECT_EQ(error.fault(), fault) << error.what();
+        EXPECT_NE(std::string(error.what()).find(part), std::string::npos) << error.what();
+    }
+}
+
+TEST(Metric, ParametersAreInTheNameUnlessTheyAreDefaults) {
+    EXPECT_EQ(open_metric("rmse").name, "rmse");
+    EXPECT_EQ(open_metric("pawcielab:white=100").name, "pawcielab");
+    const auto metric = open_metric("pawcielab:white=2.50e1");
+    EXPECT_EQ(metric.name, "pawcielab:white=25");
+    EXPECT_EQ(metric.parameters, std::vector<double>{25});
+    EXPECT_EQ(find_metric("pawcielab").parameters, std::vector<double>{100});
+}
+
+TEST(Metric, WrongParametersAreRefused) {
+    expect_refused("rmse:white=1", Fault::usage, "no parameter \"white\"; it has none at all");
+    expect_refused("pawcielab:black=1", Fault::usage, "its parameters are: white");
+    expect_refused("pawcielab:", Fault::usage, "no parameter \"\"");
+    expect_refused("pawcielab:white=1:white=1", Fault::usage, "given twice");
+    for (const char* value : {"", "=", "=x", "=0", "=-1", "=1e9", "=nan", "=inf", "=1 ", "=1,2"}) {
+        expect_refused(std::string("pawcielab:white") + value, Fault::usage, "expected a number");
+    }
+}
+
+TEST(Metric, AFileOfYourOwn) {
+    const test::TemporaryDirectory directory;
+    const auto path = directory.path / "a:b.glsl";
+    std::ofstream(path) << "// degree: 1\n// parameter: alpha = 0.5 in [0, 1] how much\n";
+    const auto metric = open_metric(path.string() + ":alpha=0.3");
+    EXPECT_EQ(metric.name, "a:b.glsl:alpha=0.3");
+    EXPECT_EQ(metric.file, path.string());
+    EXPECT_EQ(metric.header.degree, 1);
+    EXPECT_FALSE(metric.has_twin());
+    EXPECT_EQ(open_metric(path.string()).parameters, std::vector<double>{0.5});
+
+    expect_refused((directory.path / "none.glsl").string(), Fault::input, "no such file");
+    expect_refused(".glsl", Fault::input, "no such file");
+    std::filesystem::create_directory(directory.path / "d.glsl");
+    expect_refused((directory.path / "d.glsl").string(), Fault::input, "not a regular file");
+    std::ofstream(directory.path / "big.glsl") << std::string(300'000, ' ');
+    expect_refused((directory.path / "big.glsl").string(), Fault::input, "more than");
+    std::ofstream(directory.path / "zero.glsl") << std::string(3, '\0');
+    expect_refused((directory.path / "zero.glsl").string(), Fault::input, "zero byte");
 }
 
 /// The transform of one sample.
@@ -57,7 +104,8 @@ Rgb transformed(const Metric& metric, const Rgb& rgb) {
     for (std::size_t i = 0; i < 3; ++i) {
         (*samples)[i][7] = rgb[i];
     }
-    metric.twin.transform(std::span<const Voxel, kBlockVoxels>(voxels), *samples);
+    metric.twin.transform(metric.parameters, std::span<const Voxel, kBlockVoxels>(voxels),
+                          *samples);
     return {(*samples)[0][7], (*samples)[1][7], (*samples)[2][7]};
 }
 
@@ -65,7 +113,7 @@ Rgb transformed(const Metric& metric, const Rgb& rgb) {
 double weight(const Metric& metric, const Voxel& voxel) {
     const std::vector<Voxel> voxels(kBlockVoxels, voxel);
     BlockWeights weights = {};
-    metric.twin.weigh(std::span<const Voxel, kBlockVoxels>(voxels), weights);
+    metric.twin.weigh(metric.parameters, std::span<const Voxel, kBlockVoxels>(voxels), weights);
     return weights[3];
 }
 
@@ -79,7 +127,7 @@ double sum_of(const Metric& metric, const Rgb& a, const Rgb& b) {
     }
     BlockWeights weights;
     weights.fill(1);
-    return metric.twin.sum(*x, *y, weights);
+    return metric.twin.sum(metric.parameters, *x, *y, weights);
 }
 
 /// CIELAB of the primaries of sRGB under D65, as tabulated by B. Lindbloom to two decimals; RGB is
@@ -100,6 +148,15 @@ TEST(Metric, PawcielabTransformsToPublishedCielab) {
             EXPECT_NEAR(lab[i], row.lab[i], 0.02)
                 << row.rgb[0] << " " << row.rgb[1] << " " << row.rgb[2];
         }
+    }
+}
+
+TEST(Metric, PawcielabsWhiteScalesTheSamples) {
+    const auto metric = open_metric("pawcielab:white=2");
+    const Rgb lab = transformed(metric, {2, 0, 0});
+    const Rgb red = transformed(find_metric("pawcielab"), {100, 0, 0});
+    for (std::size_t i = 0; i < 3; ++i) {
+        EXPECT_NEAR(lab[i], red[i], 1e-12);
     }
 }
 
