@@ -3,8 +3,8 @@
 import support
 from support import USAGE, Case, write_database
 
-COMMANDS = [], ["scan"], ["devices"], ["database"], ["database", "info"], ["database", "write"], \
-    ["verify"], ["slices"]
+COMMANDS = [], ["scan"], ["devices"], ["metrics"], ["metrics", "show"], ["database"], \
+    ["database", "info"], ["database", "write"], ["verify"], ["slices"]
 
 
 class Help(Case):
