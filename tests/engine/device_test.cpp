@@ -1,17 +1,12 @@
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <array>
 #include <cmath>
-#include <fstream>
-#include <iterator>
 #include <numeric>
 #include <vector>
 
-#include "engine/device/shader_compiler.h"
 #include "engine/device/submission.h"
 #include "engine/error.h"
-#include "engine/reflectance/metric_library.h"
 #include "tests/engine/support.h"
 
 namespace merl::device {
@@ -20,27 +15,12 @@ namespace {
 /// What numerics.comp computes.
 enum Function : std::uint32_t { kCubeRoot, kTwoThirdsPower, kIdentity };
 
-/// numerics.comp, compiled.
-std::span<const std::uint32_t> numerics_spirv() {
-    static const auto spirv = [] {
-        std::ifstream file(MERL_NUMERICS_COMP);
-        const ShaderText shader = {"numerics.comp", {std::istreambuf_iterator<char>(file), {}}};
-        return compile_shader(shader, "", [](std::string_view name, std::string_view) {
-            const auto files = reflectance::shader_files();
-            const auto found = std::find_if(files.begin(), files.end(),
-                                            [&](const ShaderText& f) { return f.name == name; });
-            return found == files.end() ? nullptr : &*found;
-        });
-    }();
-    return spirv;
-}
-
 /// Runs one function of shaders/lib/numerics.glsl on the device.
 std::vector<float> on_device(Context& context, Function function, const std::vector<float>& x) {
     const std::uint64_t bytes = x.size() * sizeof(float);
     Buffer in(context, bytes, Traffic::upload);
     Buffer out(context, bytes, Traffic::download);
-    const Kernel kernel(context, "numerics", numerics_spirv(),
+    const Kernel kernel(context, "numerics", test::compile(MERL_TEST_SHADERS "/numerics.comp"),
                         {.bindings = {Binding::storage, Binding::storage},
                          .constants = {static_cast<std::uint32_t>(function)},
                          .push_bytes = 4});
@@ -129,7 +109,7 @@ TEST(Submission, BeyondTheLimitsIsABugOfThePlanner) {
     Buffer buffer(context, 256, Traffic::upload);
     Buffer other(context, 256, Traffic::download);
     const Kernel kernel(
-        context, "numerics", numerics_spirv(),
+        context, "numerics", test::compile(MERL_TEST_SHADERS "/numerics.comp"),
         {.bindings = {Binding::storage, Binding::storage}, .constants = {0}, .push_bytes = 4});
     Buffer* const both[] = {&buffer, &other};
     const BoundKernel bound(context, kernel, both);
@@ -167,7 +147,7 @@ TEST(Context, AValidationMessageIsAnError) {
     Context context({.device = "llvmpipe"});
     // A kernel that pushes more bytes than the device has room for is against the specification.
     EXPECT_ANY_THROW({
-        const Kernel kernel(context, "numerics", numerics_spirv(),
+        const Kernel kernel(context, "numerics", test::compile(MERL_TEST_SHADERS "/numerics.comp"),
                             {.bindings = {Binding::storage, Binding::storage},
                              .constants = {0},
                              .push_bytes = 1 << 16});
