@@ -60,6 +60,7 @@ struct Products {
     std::optional<Buffer> norms;   // [block][material], for a metric with a bound
     BoundKernel weigh, prepare, difference;
     std::optional<BoundKernel> norm;
+    std::uint32_t groups_per_tile = 1;  // that compute differences
 };
 
 /// The buffers of a slab in flight, and the commands that work on them.
@@ -190,8 +191,8 @@ class Computation {
                 s.download(*p.norms, plan_.norms_bytes());
             }
             s.mark();
-            s.dispatch(p.difference, bytes_of(DifferencePush{plan_.tiles_across}), plan_.tiles,
-                       slot.blocks);
+            s.dispatch(p.difference, bytes_of(DifferencePush{plan_.tiles_across}),
+                       plan_.tiles * p.groups_per_tile, slot.blocks);
             s.download(p.sums, plan_.sums_bytes());
             if (p.errors) {
                 s.download(*p.errors, plan_.sums_bytes());
@@ -279,7 +280,8 @@ class Computation {
                 .weigh = {context, work.weigh, weigh},
                 .prepare = {context, work.prepare, prepare},
                 .difference = std::move(bound_difference),
-                .norm = std::move(norm)};
+                .norm = std::move(norm),
+                .groups_per_tile = work.metric->groups_per_tile()};
     }
 
     /// Adds the partial sums of a slab, each pair's in the order of the blocks.

@@ -18,6 +18,9 @@ constexpr std::uint32_t kBlockVoxels = 1024;
 /// Voxels of a cell, the unit that a kernel prepares at a time; likewise.
 constexpr std::uint32_t kCellVoxels = 4;
 
+/// Materials along one side of a tile of pairs; likewise.
+constexpr std::uint32_t kTile = 10;
+
 /// One block of one material: red, green and blue (or what a transform makes of them), zero beyond
 /// the last voxel.
 using BlockSamples = std::array<std::array<double, kBlockVoxels>, 3>;
@@ -55,6 +58,9 @@ struct Metric {
 
     /// Whether difference.comp also sums errors: a power below one is steep near zero.
     bool has_error_sums() const { return header.degree > 0 && header.degree < 1; }
+
+    /// Workgroups that share a tile of pairs (shaders/framework/any_difference.comp).
+    std::uint32_t groups_per_tile() const { return has_bound() ? 1 : kTile; }
 
     /// How the grid of this metric is cut into texels (shaders/framework/metric.glsl).
     std::uint32_t cell_texels() const { return header.degree > 0 ? 3 : 4; }

@@ -44,3 +44,4 @@ double difference_of(Chosen& chosen, const BlockSamples& a, const BlockSamples& 
 }  // namespace merl::reflectance::glsl
 
 #define float double
+#define precise

@@ -139,7 +139,7 @@ MetricKernels compile_kernels(const Metric& metric) {
     return {.weigh = compile("weigh"),
             .prepare = compile("prepare"),
             .norms = compile("norms"),
-            .difference = compile("difference")};
+            .difference = compile(metric.has_bound() ? "difference" : "any_difference")};
 }
 
 }  // namespace merl::reflectance

@@ -66,7 +66,7 @@ class ScanOptions(Case):
         for two in "rmse", "rmse,rmse", "rmse,", "":
             self.assert_usage(["two", "metrics"], "--metrics", two)
         self.assert_usage(["--metrics", "2", "3"], "--metrics", "rmse,cwcbrt,pawcielab")
-        known = "cosine-rmse, cwcbrt, pawcielab, rmse"
+        known = "ngan, nielsen-log, paw-ciede2000, pawcielab, rmse, sun-log2"
         self.assert_usage(["rmsee", known], "--metrics", "rmsee,rmse")
         self.assert_usage(["RMSE"], "--metrics", "cwcbrt,RMSE")
 
