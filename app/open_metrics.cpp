@@ -4,11 +4,40 @@
 
 #include <algorithm>
 
+#include "app/guard.h"
+#include "engine/device/context.h"
 #include "engine/error.h"
+#include "engine/reflectance/abc_database.h"
+#include "engine/reflectance/distances.h"
+#include "engine/reflectance/metric_kernels.h"
 
 namespace merl::app {
 
-std::vector<reflectance::Metric> open_metrics(const std::vector<std::string>& texts) {
+namespace {
+
+constexpr double kTrySeconds = 60;
+constexpr std::uint64_t kTryBytes = 4ULL << 30U;
+
+/// Compiles a metric for the device and computes a distance of two materials on a tiny grid with
+/// it.
+void try_metric(const reflectance::Metric& metric, const std::string& device) {
+    run_guarded(
+        fmt::format("{}: compiling and trying it", metric.file), kTrySeconds, kTryBytes, [&] {
+            reflectance::compile_kernels(
+                metric);  // what is wrong with the file comes before the device
+            device::Context context({.device = device});
+            const auto database = reflectance::make_abc_database(
+                {.theta_h = 4, .theta_d = 4, .phi_d = 8},
+                "material\nmatte,0.1,0.2,0.3,0,0,0,1,1,1.5\nglossy,0.2,0.2,0.2,9,9,9,50,1,1.5\n");
+            const reflectance::Metric* const one[] = {&metric};
+            reflectance::compute_distances(context, *database, one);
+        });
+}
+
+}  // namespace
+
+std::vector<reflectance::Metric> open_metrics(const std::vector<std::string>& texts,
+                                              const std::string& device) {
     std::vector<reflectance::Metric> metrics;
     for (const auto& text : texts) {
         if (text == "all") {
@@ -26,6 +55,11 @@ std::vector<reflectance::Metric> open_metrics(const std::vector<std::string>& te
                                           : fmt::format("{} and {} would both be called {} in the "
                                                         "results: rename one",
                                                         other->file, m->file, m->name));
+        }
+    }
+    for (const auto& metric : metrics) {
+        if (!metric.has_twin()) {
+            try_metric(metric, device);
         }
     }
     return metrics;

@@ -265,7 +265,7 @@ int run(const Options& options) {
     if (options.metrics.size() != 2 || options.metrics[0] == options.metrics[1]) {
         throw Error(Fault::usage, "--metrics takes two different metrics, like cwcbrt,pawcielab");
     }
-    const auto opened = open_metrics(options.metrics);
+    const auto opened = open_metrics(options.metrics, options.device);
     if (opened.size() != 2) {
         throw Error(Fault::usage, "--metrics takes two metrics; all of them is more");
     }

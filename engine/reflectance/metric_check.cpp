@@ -26,11 +26,13 @@ std::string what_is_wrong(const Finding& f, const Metric& metric) {
     const auto material = f.kind == Finding::first ? f.a : f.b;
     switch (f.kind) {
         case Finding::weight:
-            return "weight() is negative, NaN or infinite";
+            return "weight() is negative, NaN or infinite, or has a loop that does not end";
         case Finding::first:
         case Finding::second:
             return fmt::format(
-                "transform() of the {} material gives {} (times the weight)",
+                "transform() of the {} material gives {} (times the weight), or has a loop that "
+                "does not "
+                "end",
                 f.kind == Finding::first ? "first" : "second",
                 metric.has_bound() ? fmt::format("{:g}", material[0]) : numbers(material));
         case Finding::not_finite:
@@ -47,7 +49,9 @@ std::string what_is_wrong(const Finding& f, const Metric& metric) {
                 "(leave the degree out for another difference)",
                 arguments, f.there, metric.header.degree_text, metric.header.degree_text);
         case Finding::endless_loop:
-            return "its loops do not come to an end in time";
+            return "a loop does not end: the loops of one difference have 32,768 iterations for "
+                   "some "
+                   "hundred voxels";
         case Finding::fine:
             break;
     }

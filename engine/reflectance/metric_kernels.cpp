@@ -100,7 +100,8 @@ MetricKernels compile_kernels(const Metric& metric) {
     const ShaderText chosen = {std::string(kChosen), chosen_text(metric)};
     // A path must not look like one of the names above.
     const bool looks_built_in = metric.file.starts_with("framework/") || metric.file == kChosen;
-    const ShaderText file = {looks_built_in ? "./" + metric.file : metric.file, metric.source};
+    const ShaderText file = {looks_built_in ? "./" + metric.file : metric.file,
+                             with_counted_loops(metric.source, metric.file)};
     const auto resolve = [&](std::string_view name,
                              std::string_view includer) -> const ShaderText* {
         const bool from_framework = includer.starts_with("framework/");
@@ -124,6 +125,9 @@ MetricKernels compile_kernels(const Metric& metric) {
             "#define DEGREE_NUMERATOR {}\n#define DEGREE_DENOMINATOR {}\n",
             metric.header.degree_text.substr(0, slash),
             slash == std::string::npos ? "1" : metric.header.degree_text.substr(slash + 1));
+    }
+    if (file.text != metric.source) {
+        preamble += "#define COUNTED_LOOPS\n";
     }
     const auto compile = [&](const char* stage) {
         const std::string name = fmt::format("framework/{}.comp", stage);

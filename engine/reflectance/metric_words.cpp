@@ -6,6 +6,8 @@
 #include <array>
 #include <cctype>
 #include <cstdint>
+#include <utility>
+#include <vector>
 
 #include "engine/error.h"
 
@@ -27,6 +29,31 @@ bool in_word(char c) {
 class Words {
   public:
     Words(std::string_view text, const std::string& file) : text_(text), file_(file) {}
+
+    std::string count_loops() {
+        std::string out;
+        std::size_t copied = 0;
+        while (at_ < text_.size()) {
+            if (ahead("//")) {
+                skip_to("\n");
+            } else if (ahead("/*")) {
+                skip_to("*/");
+            } else if (in_word(text_[at_])) {
+                const auto name = word();
+                if (name == "for" || name == "while") {
+                    const auto [first, last] = condition(name == "for");
+                    const auto text = text_.substr(first, last - first);
+                    const bool none = text.find_first_not_of(" \t\r\n") == std::string_view::npos;
+                    out += text_.substr(copied, first - copied);
+                    out += none ? "count_loop_()" : fmt::format("count_loop_() && ({})", text);
+                    copied = last;
+                }
+            } else {
+                step();
+            }
+        }
+        return out + std::string(text_.substr(copied));
+    }
 
     void check() {
         while (at_ < text_.size()) {
@@ -63,6 +90,33 @@ class Words {
         while (at_ < text_.size() && !ahead(end)) {
             step();
         }
+    }
+
+    /// The place of the condition in the parentheses that come next, which are all read.
+    std::pair<std::size_t, std::size_t> condition(bool is_for) {
+        while (at_ < text_.size() && std::isspace(static_cast<unsigned char>(text_[at_])) != 0) {
+            step();
+        }
+        std::size_t depth = 0;
+        std::vector<std::size_t> marks;  // after the parenthesis, at the semicolons, at the end
+        do {
+            if (at_ == text_.size() || (depth == 0 && text_[at_] != '(')) {
+                refuse("a loop needs its condition in parentheses");
+            }
+            const char c = text_[at_];
+            depth += c == '(' ? 1 : 0;
+            depth -= c == ')' ? 1 : 0;
+            if (marks.empty()) {
+                marks.push_back(at_ + 1);
+            } else if (depth == 0 || (depth == 1 && c == ';')) {
+                marks.push_back(at_);
+            }
+            step();
+        } while (depth > 0);
+        if (marks.size() != (is_for ? 4U : 2U)) {
+            refuse(is_for ? "a for needs three parts" : "a while needs one condition");
+        }
+        return is_for ? std::pair(marks[1] + 1, marks[2]) : std::pair(marks[0], marks[1]);
     }
 
     std::string_view word() {
@@ -103,6 +157,10 @@ class Words {
 
 void check_metric_words(std::string_view text, const std::string& file) {
     Words(text, file).check();
+}
+
+std::string with_counted_loops(std::string_view text, const std::string& file) {
+    return Words(text, file).count_loops();
 }
 
 }  // namespace merl::reflectance

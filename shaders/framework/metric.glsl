@@ -27,6 +27,15 @@ struct Voxel {
     float voxels;       // of the whole grid, also those below the horizon
 };
 
+#ifdef COUNTED_LOOPS
+// The conditions of the metric's loops call this. One invocation gets so many iterations, and then its
+// loops just end: on lavapipe all would end so, in silence, after twice as many.
+const uint kMostLoops = 32768;
+uint loops_ = 0;
+bool count_loop_() { return ++loops_ <= kMostLoops; }
+bool loops_ran_out() { return loops_ > kMostLoops; }
+#endif
+
 #include "chosen_metric.glsl"
 
 #ifdef METRIC_FLOAT64

@@ -47,6 +47,11 @@ void main() {
     dvec3 t1 = transform(dvec3(red.y, green.y, blue.y), fetch_voxel(k + 1));
     dvec3 t2 = transform(dvec3(red.z, green.z, blue.z), fetch_voxel(k + 2));
     dvec3 t3 = transform(dvec3(red.w, green.w, blue.w), fetch_voxel(k + 3));
+#ifdef COUNTED_LOOPS
+    if (loops_ran_out()) {
+        t0 = dvec3(nan64());
+    }
+#endif
     // Beyond the last voxel a transform may make NaN of geometry that is not there.
     t0 = k < voxel_count ? t0 : dvec3(0.0);
     t1 = k + 1 < voxel_count ? t1 : dvec3(0.0);

@@ -8,6 +8,7 @@
 
 #include "engine/error.h"
 #include "engine/reflectance/metric_header.h"
+#include "engine/reflectance/metric_words.h"
 
 namespace merl::reflectance {
 namespace {
@@ -121,6 +122,38 @@ TEST(MetricKernels, NothingButTheLibraryCanBeIncluded) {
             "#include \"" + std::string(name) + "\"\n" + kTransform + kWeight + kDifference,
             {"./my.glsl:1: ", name});
     }
+}
+
+TEST(MetricWords, LoopsAreCounted) {
+    const auto counted = [](const std::string& text) {
+        return with_counted_loops(text, "my.glsl");
+    };
+    EXPECT_EQ(counted("no loop // for (;;)\n/* while (x) */ fortune"),
+              "no loop // for (;;)\n/* while (x) */ fortune");
+    EXPECT_EQ(counted("for (int i = 0; i < f(3); ++i) {}"),
+              "for (int i = 0;count_loop_() && ( i < f(3)); ++i) {}");
+    EXPECT_EQ(counted("for(;;) while (a(b)) do {} while(c\n);"),
+              "for(;count_loop_();) while (count_loop_() && (a(b))) do {} while(count_loop_() && "
+              "(c\n));");
+    EXPECT_EQ(counted("#define L for(;;)"), "#define L for(;count_loop_();)");
+    for (const char* text : {"#define L for", "for (;", "for (i)", "while (a; b)", "for (;;;)"}) {
+        EXPECT_THROW(counted(text), Error) << text;
+    }
+}
+
+TEST(MetricKernels, OfAFileWithLoopsAreValid) {
+    expect_valid(metric_of(kTransform + kWeight +
+                           "float difference(vec3 a, vec3 b) {\n"
+                           "    float s = 0.0;\n"
+                           "    for (int i = 0; i < 3; ++i) { s += abs(a[i] - b[i]); }\n"
+                           "    while (s > 1e9) { s *= 0.5; }\n"
+                           "    return s;\n}\n"));
+}
+
+TEST(MetricKernels, AFileMayBeCalledLikeOneOfTheFramework) {
+    auto metric = metric_of(kTransform + kWeight + kDifference);
+    metric.file = "framework/metric.glsl";
+    expect_valid(metric);
 }
 
 TEST(MetricKernels, TheKernelsAreOutOfReach) {
