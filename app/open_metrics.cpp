@@ -21,17 +21,18 @@ constexpr std::uint64_t kTryBytes = 4ULL << 30U;
 /// Compiles a metric for the device and computes a distance of two materials on a tiny grid with
 /// it.
 void try_metric(const reflectance::Metric& metric, const std::string& device) {
-    run_guarded(
-        fmt::format("{}: compiling and trying it", metric.file), kTrySeconds, kTryBytes, [&] {
-            reflectance::compile_kernels(
-                metric);  // what is wrong with the file comes before the device
-            device::Context context({.device = device});
-            const auto database = reflectance::make_abc_database(
-                {.theta_h = 4, .theta_d = 4, .phi_d = 8},
-                "material\nmatte,0.1,0.2,0.3,0,0,0,1,1,1.5\nglossy,0.2,0.2,0.2,9,9,9,50,1,1.5\n");
-            const reflectance::Metric* const one[] = {&metric};
-            reflectance::compute_distances(context, *database, one);
-        });
+    run_guarded(fmt::format("{}: compiling and trying it", metric.file), kTrySeconds, kTryBytes,
+                [&] {
+                    reflectance::compile_kernels(
+                        metric);  // what is wrong with the file comes before the device
+                    device::Context context({.device = device});
+                    const auto database = reflectance::make_abc_database(
+                        {.theta_h = 4, .theta_d = 4, .phi_d = 8},
+                        "material\nmade-up matte,0.1,0.2,0.3,0,0,0,1,1,1.5\nmade-up "
+                        "glossy,0.2,0.2,0.2,9,9,9,50,1,1.5\n");
+                    const reflectance::Metric* const one[] = {&metric};
+                    reflectance::compute_distances(context, *database, one);
+                });
 }
 
 }  // namespace
