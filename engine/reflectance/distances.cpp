@@ -269,6 +269,13 @@ class Computation {
                 for (std::uint32_t j = i + 1; j < plan_.materials; ++j) {
                     const std::size_t at = sum_index(plan_, i, j);
                     const double sum = work.sums[at];
+                    if (!std::isfinite(sum) && !work.metric->has_twin()) {
+                        throw Error(
+                            Fault::input,
+                            fmt::format("{}: the sum over the voxels is {} for materials {} "
+                                        "and {}: beyond the range of float32",
+                                        work.metric->file, sum, i, j));
+                    }
                     if (!std::isfinite(sum) || sum < 0) {
                         throw std::logic_error(
                             fmt::format("metric {}: the sum of materials {} and {} is {}",

@@ -128,69 +128,118 @@ uint offence(uint block, uint texel, vec4 a, vec4 b, out uint scalar, out float 
     return kFine;
 }
 
-// Looks at a row of a tile in a block; the first lane of the first offence writes it down if it is asked to.
-bool look(uint group_x, uint block, bool write) {
-    uvec2 tile = tile_at(group_x / kTile, tiles_across);
-    uint first = tile.x * kTile + group_x % kTile;
-    uint from = block * tiles_across * kTile;
-    for (uint column = 0; column < kTile; ++column) {
-        uint second = tile.y * kTile + column;
-        if (second <= first || second >= materials) {
-            continue;
-        }
-        uint worst = kNothing;
-        for (uint texel = gl_LocalInvocationID.x; texel < kBlockTexels && worst == kNothing;
-             texel += gl_WorkGroupSize.x) {
-            vec4 a = texelFetch(grid, int((from + first) * kBlockTexels + texel));
-            vec4 b = texelFetch(grid, int((from + second) * kBlockTexels + texel));
-            uint scalar;
-            float there, back;
-            if (offence(block, texel, a, b, scalar, there, back) != kFine) {
-                worst = texel;
-            }
-        }
-        uint texel = subgroupMin(worst);
-        if (texel == kNothing) {
-            continue;
-        }
-        if (write && subgroupElect()) {
-            vec4 a = texelFetch(grid, int((from + first) * kBlockTexels + texel));
-            vec4 b = texelFetch(grid, int((from + second) * kBlockTexels + texel));
-            uint scalar;
-            finding.kind = offence(block, texel, a, b, scalar, finding.there, finding.back);
-            finding.first = first;
-            finding.second = second;
+// Whether something may be wrong: what offence() finds, in few instructions and without branches. A NaN
+// makes every comparison false.
+bool suspicious(uint block, uint texel, vec4 a, vec4 b) {
+    bool fine = true;
+    const float kLargest = 3.0e38;
 #ifdef DEGREE_NUMERATOR
-            uint at = texel % kCellTexels * 4 + scalar;
-            uint voxel = texel / kCellTexels * kCellVoxels + at / 3;
-            finding.channel = at % 3;
-            finding.a[0] = a[scalar];
-            finding.b[0] = b[scalar];
+    vec4 d = a - b;
+    vec4 there = vec4(difference(d.x), difference(d.y), difference(d.z), difference(d.w));
+    vec4 back = vec4(difference(-d.x), difference(-d.y), difference(-d.z), difference(-d.w));
+#if DEGREE_NUMERATOR < DEGREE_DENOMINATOR
+    vec4 expected = vec4(two_thirds_power(d.x), two_thirds_power(d.y), two_thirds_power(d.z),
+                         two_thirds_power(d.w));
+#elif DEGREE_NUMERATOR == 1
+    vec4 expected = abs(d);
+    fine = good_weight(weight_at(block * kBlockVoxels + texel / kCellTexels * kCellVoxels +
+                                 texel % kCellTexels * 4 / 3)) &&
+           good_weight(weight_at(block * kBlockVoxels + texel / kCellTexels * kCellVoxels +
+                                 (texel % kCellTexels * 4 + 3) / 3));
 #else
-            uint voxel = texel;
-            finding.channel = 0;
-            for (uint i = 0; i < 3; ++i) {
-                finding.a[i] = a[i];
-                finding.b[i] = b[i];
-            }
+    vec4 expected = d * d;
 #endif
-            finding.voxel = block * kBlockVoxels + voxel;
-            finding.weight = float(weight_at(finding.voxel));
+    vec4 allowed = 1e-4 * expected + 1e-30;
+    fine = fine && all(lessThanEqual(abs(there - expected), allowed)) &&
+           all(lessThanEqual(abs(there - back), allowed));
+#else
+    float there = difference(a.xyz, b.xyz);
+    float back = difference(b.xyz, a.xyz);
+    float size_a = abs(a.x) + abs(a.y) + abs(a.z);
+    float size_b = abs(b.x) + abs(b.y) + abs(b.z);
+    fine = a.w >= 0.0 && a.w <= kLargest && size_a <= kLargest && size_b <= kLargest && there >= 0.0 &&
+           back >= 0.0 && there <= kLargest && back <= kLargest &&
+           abs(there - back) <= max(0.01 * max(there, back), 5e-7 * max(1.0, max(size_a, size_b)));
+#endif
+#ifdef COUNTED_LOOPS
+    fine = fine && !loops_ran_out();
+#endif
+    return !fine;
+}
+
+// Looks at a row of a tile in a block. The place of the first that is wrong, 65536 column + texel.
+uint look(uint first, uvec2 tile, uint block) {
+    uint from = block * tiles_across * kTile;
+    uint worst = kNothing;
+    for (uint texel = gl_LocalInvocationID.x; texel < kBlockTexels; texel += gl_WorkGroupSize.x) {
+        vec4 a = texelFetch(grid, int((from + first) * kBlockTexels + texel));
+        for (uint column = 0; column < kTile; ++column) {
+            uint second = tile.y * kTile + column;
+            vec4 b = texelFetch(grid, int((from + second) * kBlockTexels + texel));
+            if (suspicious(block, texel, a, b) && second > first && second < materials) {
+                uint scalar;
+                float there, back;
+                uint at = 65536 * column + texel;
+                worst = at < worst && offence(block, texel, a, b, scalar, there, back) != kFine ? at : worst;
+            }
         }
-        return true;
     }
-    return false;
+    return subgroupMin(worst);
+}
+
+void describe(uint first, uvec2 tile, uint block, uint place) {
+    uint texel = place % 65536;
+    uint second = tile.y * kTile + place / 65536;
+    uint from = block * tiles_across * kTile;
+    vec4 a = texelFetch(grid, int((from + first) * kBlockTexels + texel));
+    vec4 b = texelFetch(grid, int((from + second) * kBlockTexels + texel));
+    uint scalar;
+    float there, back;
+    finding.kind = offence(block, texel, a, b, scalar, there, back);
+    finding.there = there;
+    finding.back = back;
+    finding.first = first;
+    finding.second = second;
+#ifdef DEGREE_NUMERATOR
+    uint at = texel % kCellTexels * 4 + scalar;
+    uint voxel = texel / kCellTexels * kCellVoxels + at / 3;
+    finding.channel = at % 3;
+    finding.a[0] = a[scalar];
+    finding.b[0] = b[scalar];
+#else
+    uint voxel = texel;
+    finding.channel = 0;
+    for (uint i = 0; i < 3; ++i) {
+        finding.a[i] = a[i];
+        finding.b[i] = b[i];
+    }
+#endif
+    finding.voxel = block * kBlockVoxels + voxel;
+    finding.weight = float(weight_at(finding.voxel));
 }
 
 void main() {
     if (step == 0) {
         finding.group = kNothing;
         finding.kind = kFine;
-    } else if (step == 1) {
-        if (look(gl_WorkGroupID.x, gl_WorkGroupID.y, false) && subgroupElect()) {
-            atomicMin(finding.group, gl_WorkGroupID.y * groups + gl_WorkGroupID.x);
+        return;
+    }
+    if (step == 2 && finding.group == kNothing) {
+        return;
+    }
+    uint group_x = step == 1 ? gl_WorkGroupID.x : finding.group % groups;
+    uint block = step == 1 ? gl_WorkGroupID.y : finding.group / groups;
+    uvec2 tile = tile_at(group_x / kTile, tiles_across);
+    uint first = tile.x * kTile + group_x % kTile;
+    if (first >= materials) {
+        return;
+    }
+    uint place = look(first, tile, block);
+    if (place != kNothing && subgroupElect()) {
+        if (step == 1) {
+            atomicMin(finding.group, block * groups + group_x);
+        } else {
+            describe(first, tile, block, place);
         }
-    } else if (finding.group != kNothing) {
-        look(finding.group % groups, finding.group / groups, true);
     }
 }
