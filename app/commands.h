@@ -16,6 +16,7 @@ using Command = std::function<int()>;
 // becomes what there is to do. One file per subcommand.
 void add_scan(CLI::App& program, Command& chosen);
 void add_devices(CLI::App& program, Command& chosen);
+void add_metrics(CLI::App& program, Command& chosen);
 void add_database(CLI::App& program, Command& chosen);
 void add_verify(CLI::App& program, Command& chosen);
 void add_slices(CLI::App& program, Command& chosen);

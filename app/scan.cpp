@@ -14,6 +14,7 @@
 #include "app/commands.h"
 #include "app/exit_status.h"
 #include "app/interrupt.h"
+#include "app/open_metrics.h"
 #include "app/options.h"
 #include "app/output_directory.h"
 #include "app/progress.h"
@@ -77,6 +78,8 @@ struct Outcome {
     scan::Distances distances;
     reflectance::DistanceResult computed;
     Refined refined;
+    bool exact = false;           // whether what float32 leaves open was refined
+    std::string unbounded;        // the metrics whose float32 distances have no bound
     std::uint64_t undecided = 0;  // configurations that float32 leaves open; 0 after refining
     scan::Census census;
     std::vector<scan::Configuration> selection;
@@ -155,7 +158,7 @@ std::string summary_json(const Options& options, const reflectance::Database& da
           {"tied_in_second_only", o.census.counts.tied_second_only},
           {"tied_in_both", o.census.counts.tied_both},
           {"counted_by", o.census.streamed ? "streaming and inversions" : "inversions"}}},
-        {"exact", !options.fast},
+        {"exact", o.exact},
         {"undecided_in_float32", o.undecided},
         {"refined_distances",
          {{d.first_metric, o.refined.first}, {d.second_metric, o.refined.second}}},
@@ -221,9 +224,12 @@ void print_summary(const Options& options, const reflectance::Database& database
              fmt::format("{} configurations, agreement {:.6f} to {:.6f}", o.selection.size(),
                          o.selection.front().agreement, o.selection.back().agreement));
     }
-    if (options.fast) {
-        line("undecided", fmt::format("{} configurations, closer than float32 can tell",
-                                      fmt::group_digits(o.undecided)));
+    if (!o.exact) {
+        line("undecided", o.unbounded.empty()
+                              ? fmt::format("{} configurations, closer than float32 can tell",
+                                            fmt::group_digits(o.undecided))
+                              : fmt::format("{} configurations: no error bound is known for {}",
+                                            fmt::group_digits(o.undecided), o.unbounded));
     } else {
         line("refined",
              fmt::format("{} + {} distances in float64; {} configurations were closer than "
@@ -259,9 +265,11 @@ int run(const Options& options) {
     if (options.metrics.size() != 2 || options.metrics[0] == options.metrics[1]) {
         throw Error(Fault::usage, "--metrics takes two different metrics, like cwcbrt,pawcielab");
     }
-    const std::array<const reflectance::Metric*, 2> metrics = {
-        &reflectance::find_metric(options.metrics[0]),
-        &reflectance::find_metric(options.metrics[1])};
+    const auto opened = open_metrics(options.metrics, options.device);
+    if (opened.size() != 2) {
+        throw Error(Fault::usage, "--metrics takes two metrics; all of them is more");
+    }
+    const std::array<const reflectance::Metric*, 2> metrics = {opened.data(), &opened[1]};
     std::optional<tbb::global_control> threads;
     if (options.threads > 0) {
         threads.emplace(tbb::global_control::max_allowed_parallelism, options.threads);
@@ -285,14 +293,20 @@ int run(const Options& options) {
     }
     o.seconds.distances = watch.lap();
     o.distances = {.names = database->materials(),
-                   .first_metric = options.metrics[0],
-                   .second_metric = options.metrics[1],
+                   .first_metric = metrics[0]->name,
+                   .second_metric = metrics[1]->name,
                    .first = o.computed.distances[0].values,
                    .second = o.computed.distances[1].values,
                    .first_bounds = o.computed.distances[0].bounds,
                    .second_bounds = o.computed.distances[1].bounds};
     o.undecided = scan::count_undecided(o.distances);
-    if (!options.fast) {
+    o.exact = !options.fast && metrics[0]->has_twin() && metrics[1]->has_twin();
+    for (const auto* metric : metrics) {
+        if (!metric->has_bound()) {
+            o.unbounded += fmt::format("{}{}", o.unbounded.empty() ? "" : " and ", metric->name);
+        }
+    }
+    if (o.exact) {
         Progress progress("refining", options.quiet);
         // The strongest disagreement is printed, so at least one is selected.
         o.refined = refine(o.distances, *database, metrics, std::max(1U, options.select),
@@ -353,7 +367,7 @@ void add_scan(CLI::App& program, Command& chosen) {
         ->capture_default_str();
     command
         ->add_option("--metrics", options->metrics,
-                     "Two metrics; the left pair has the smaller first")
+                     "Two metrics; the left pair has the smaller first; see below")
         ->delimiter(',')
         ->expected(1, 2)
         ->capture_default_str();
@@ -382,13 +396,17 @@ void add_scan(CLI::App& program, Command& chosen) {
     command->add_flag("--force", options->force, "Replace the results in an existing directory");
     command->add_flag("--quiet", options->quiet, "No progress and no summary");
     command->footer(
-        "Writes pairs.csv, disagreements.csv, selection.csv and summary.json "
-        "(docs/file-formats.md).\n"
+        std::string("Writes pairs.csv, disagreements.csv, selection.csv and summary.json "
+                    "(docs/file-formats.md).\n"
+                    "\n") +
+        kMetricsHelp +
+        "What a file's metric leaves open in float32 stays open, as with --fast.\n"
         "\n"
         "Examples:\n"
         "  merl-scan scan\n"
         "  merl-scan scan --database ~/merl/brdfs --out results\n"
         "  merl-scan scan --metrics rmse,pawcielab --disagreements 1000 --out rmse-results\n"
+        "  merl-scan scan --metrics pawcielab,./my_metric.glsl:alpha=0.3\n"
         "  merl-scan scan --select 20 --per-material 3 --device llvmpipe --memory 256M --force");
     command->callback([&chosen, options] { chosen = [options] { return run(*options); }; });
 }

@@ -4,6 +4,8 @@
 #include <chrono>
 
 #include "engine/device/submission.h"
+#include "engine/error.h"
+#include "engine/reflectance/metric_check.h"
 #include "engine/reflectance/metric_work.h"
 
 namespace merl::reflectance {
@@ -28,14 +30,18 @@ struct Slot {
     std::vector<MetricWork::Products> products;  // per metric
     device::Submission submission;
     std::uint32_t blocks = 0;  // of the slab that was submitted; 0 when there is none
+    std::uint64_t first = 0;   // position of its first voxel
 };
 
 /// The whole computation: two slabs in flight, and every metric's work on them.
 class Computation {
   public:
+    /// Called with what is wrong with a metric, and the position of the voxel; throws.
+    using Refuse = std::function<void(const Metric&, const Finding&, std::uint64_t position)>;
+
     Computation(device::Context& context, const SlabPlan& plan,
-                std::span<const Metric* const> metrics, std::uint64_t grid_voxels)
-        : scratch_(context, plan, metrics) {
+                std::span<const Metric* const> metrics, std::uint64_t grid_voxels, Refuse refuse)
+        : scratch_(context, plan, metrics), refuse_(std::move(refuse)) {
         works_.reserve(metrics.size());
         for (const auto* metric : metrics) {
             works_.emplace_back(context, plan, *metric, grid_voxels);
@@ -55,7 +61,9 @@ class Computation {
         return slots_[0];
     }
 
-    void submit(Slot& slot, std::uint64_t voxels) {
+    /// `first` is the slab's first position in the list of visited voxels.
+    void submit(Slot& slot, std::uint64_t first, std::uint64_t voxels) {
+        slot.first = first;
         slot.blocks = static_cast<std::uint32_t>((voxels + kBlockVoxels - 1) / kBlockVoxels);
         auto& s = slot.submission;
         s.begin();
@@ -81,6 +89,9 @@ class Computation {
         for (std::size_t m = 0; m < works_.size(); ++m) {
             seconds.transform += device[2 * m];
             seconds.difference += device[2 * m + 1];
+            if (const auto* finding = MetricWork::finding(slot.products[m])) {
+                refuse_(works_[m].metric(), *finding, slot.first + finding->voxel);
+            }
             works_[m].add(slot.products[m], slot.blocks);
         }
         slot.blocks = 0;
@@ -100,6 +111,7 @@ class Computation {
 
   private:
     ScratchBuffers scratch_;
+    Refuse refuse_;
     std::vector<MetricWork> works_;
     std::vector<Slot> slots_;
 };
@@ -118,7 +130,12 @@ DistanceResult compute_distances(device::Context& context, const Database& datab
                              voxels.size(), metrics);
     auto& seconds = result.seconds;
     const Clock kernels;
-    Computation computation(context, result.plan, metrics, database.grid().voxels());
+    Computation computation(
+        context, result.plan, metrics, database.grid().voxels(),
+        [&](const Metric& metric, const Finding& finding, std::uint64_t position) {
+            const auto run = voxels.runs(position, position + 1).front();
+            throw Error(Fault::input, explain(finding, metric, database, run.file_index));
+        });
     seconds.kernels = kernels.seconds();
     SlabReader reader(database, domain, voxels);
     for (std::uint64_t slab = 0; slab < result.plan.slabs; ++slab) {
@@ -129,7 +146,7 @@ DistanceResult compute_distances(device::Context& context, const Database& datab
         reader.read(first, last, slot.buffers.samples.host_as<double>(), result.plan.slab_voxels(),
                     slot.buffers.geometry.host_as<double>());
         seconds.reading += reading.seconds();
-        computation.submit(slot, last - first);
+        computation.submit(slot, first, last - first);
         context.check_validation();
         if (options.progress) {
             options.progress(static_cast<double>(slab + 1) /

@@ -29,7 +29,7 @@ constexpr double kSteepest = 1.26 / 0.966;
 }  // namespace
 
 ErrorBound::ErrorBound(const Metric& metric, std::uint64_t grid_voxels)
-    : degree_(metric.degree), voxels_(static_cast<double>(grid_voxels)) {
+    : degree_(metric.header.degree), voxels_(static_cast<double>(grid_voxels)) {
     // Roundings that one term goes through: in its texel, in its run, which begins with the carry,
     // in adding the run where the total is the smaller of the two, and of the block's sum.
     const double additions = 2 + kRun + 1 + 1;

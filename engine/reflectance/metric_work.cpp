@@ -7,6 +7,8 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "engine/error.h"
+
 namespace merl::reflectance {
 namespace {
 
@@ -29,7 +31,10 @@ struct WeighPush {
     std::uint32_t voxel_count;
 };
 struct PreparePush {
-    std::uint32_t stride, materials, padded_materials;
+    std::uint32_t stride, materials, padded_materials, voxel_count;
+};
+struct CheckPush {
+    std::uint32_t step, tiles_across, materials, groups;
 };
 struct TilesPush {
     std::uint32_t tiles_across;
@@ -80,8 +85,7 @@ SlabBuffers::SlabBuffers(Context& context, const SlabPlan& plan)
 
 ScratchBuffers::ScratchBuffers(Context& context, const SlabPlan& plan,
                                std::span<const Metric* const> metrics)
-    : weights(context, plan.weights_bytes(), Traffic::none, Texels::words),
-      grid([&] {
+    : weights(context, plan.weights_bytes(), Traffic::none, Texels::words), grid([&] {
           std::uint64_t bytes = 0;
           for (const auto* metric : metrics) {
               bytes = std::max(bytes, plan.grid_bytes(*metric));
@@ -99,29 +103,42 @@ ScratchBuffers::ScratchBuffers(Context& context, const SlabPlan& plan,
 
 MetricWork::MetricWork(Context& context, const SlabPlan& plan, const Metric& metric,
                        std::uint64_t grid_voxels)
+    : MetricWork(context, plan, metric, grid_voxels, compile_kernels(metric)) {}
+
+MetricWork::MetricWork(Context& context, const SlabPlan& plan, const Metric& metric,
+                       std::uint64_t grid_voxels, const MetricKernels& spirv)
     : metric_(&metric),
       plan_(plan),
       tiles_(plan.tiles(metric)),
       grid_voxels_(grid_voxels),
       bound_(metric, grid_voxels),
-      weigh_(make_kernel(context, metric, "weigh", metric.weigh_spirv, {kTexels, kStorage},
+      weigh_(make_kernel(context, metric, "weigh", spirv.weigh, {kTexels, kStorage},
                          sizeof(WeighPush))),
-      prepare_(make_kernel(context, metric, "prepare", metric.prepare_spirv,
+      prepare_(make_kernel(context, metric, "prepare", spirv.prepare,
                            {kTexels, kTexels, kTexels, kStorage}, sizeof(PreparePush))),
-      difference_(make_subgroup_kernel(context, metric, "difference", metric.difference_spirv)),
-      diagonal_difference_(make_subgroup_kernel(context, metric, "diagonal difference",
-                                                metric.difference_spirv, true)),
+      difference_(make_subgroup_kernel(context, metric, "difference", spirv.difference)),
       sums_(tiles_.count() * tiles_.pairs_of_tile()) {
+    if (metric.has_bound()) {
+        diagonal_difference_ =
+            make_subgroup_kernel(context, metric, "diagonal difference", spirv.difference, true);
+    }
     if (metric.has_norms()) {
-        norm_ = make_subgroup_kernel(context, metric, "norms", metric.norms_spirv);
+        norm_ = make_subgroup_kernel(context, metric, "norms", spirv.norms);
         norms_.resize(tiles_.padded_materials());
     }
     if (metric.has_slopes()) {
-        range_ = make_subgroup_kernel(context, metric, "ranges", metric.ranges_spirv);
-        slope_ = make_subgroup_kernel(context, metric, "slopes", metric.slopes_spirv);
+        range_ = make_subgroup_kernel(context, metric, "ranges", spirv.ranges);
+        slope_ = make_subgroup_kernel(context, metric, "slopes", spirv.slopes);
         diagonal_slope_ =
-            make_subgroup_kernel(context, metric, "diagonal slopes", metric.slopes_spirv, true);
+            make_subgroup_kernel(context, metric, "diagonal slopes", spirv.slopes, true);
         slopes_.resize(sums_.size());
+    }
+    if (metric.is_checked()) {
+        check_ = {context, fmt::format("{} check", metric.name), spirv.check,
+                  Kernel::Options{.bindings = {kTexels, kTexels, kStorage},
+                                  .constants = {context.limits().subgroup_size},
+                                  .push_bytes = sizeof(CheckPush),
+                                  .one_subgroup = true}};
     }
 }
 
@@ -131,8 +148,10 @@ MetricWork::Products::Products(Context& context, const MetricWork& work, SlabBuf
       weigh_(bind(context, work.weigh_, {&slab.geometry, &scratch.weights})),
       prepare_(bind(context, work.prepare_,
                     {&slab.geometry, &slab.samples, &scratch.weights, &scratch.grid})),
-      difference_(bind(context, work.difference_, {&scratch.grid, &sums_})),
-      diagonal_difference_(bind(context, work.diagonal_difference_, {&scratch.grid, &sums_})) {
+      difference_(bind(context, work.difference_, {&scratch.grid, &sums_})) {
+    if (work.diagonal_difference_) {
+        diagonal_difference_ = bind(context, *work.diagonal_difference_, {&scratch.grid, &sums_});
+    }
     if (work.norm_) {
         norms_ = download(context, work.plan_.norms_bytes(*work.metric_));
         norm_ = bind(context, *work.norm_, {&scratch.grid, &*norms_});
@@ -142,6 +161,10 @@ MetricWork::Products::Products(Context& context, const MetricWork& work, SlabBuf
         range_ = bind(context, *work.range_, {&scratch.grid, &*scratch.ranges});
         slope_ = bind(context, *work.slope_, {&*scratch.ranges, &*slopes_});
         diagonal_slope_ = bind(context, *work.diagonal_slope_, {&*scratch.ranges, &*slopes_});
+    }
+    if (work.check_) {
+        finding_ = download(context, sizeof(Finding));
+        check_ = bind(context, *work.check_, {&scratch.grid, &scratch.weights, &*finding_});
     }
 }
 
@@ -159,7 +182,7 @@ void MetricWork::record(Submission& submission, Products& products, std::uint32_
     submission.dispatch(products.weigh_, bytes_of(WeighPush{voxels}), slab_voxels / kLanes, 1);
     submission.dispatch(products.prepare_,
                         bytes_of(PreparePush{static_cast<std::uint32_t>(plan_.slab_voxels()),
-                                             plan_.materials, padded}),
+                                             plan_.materials, padded, voxels}),
                         slab_voxels / kCellVoxels / kLanes, padded);
     if (products.norm_) {
         submission.dispatch(*products.norm_, bytes_of(tiles), padded, blocks);
@@ -171,8 +194,21 @@ void MetricWork::record(Submission& submission, Products& products, std::uint32_
         pairs(*products.slope_, *products.diagonal_slope_);
         submission.download(*products.slopes_, products.slopes_->bytes());
     }
-    pairs(products.difference_, products.diagonal_difference_);
+    const std::uint32_t rows = tiles_.count() * tiles_.side;  // of all tiles
+    if (products.diagonal_difference_) {
+        pairs(products.difference_, *products.diagonal_difference_);
+    } else {
+        submission.dispatch(products.difference_, bytes_of(tiles), rows, blocks);
+    }
     submission.download(products.sums_, products.sums_.bytes());
+    if (products.check_) {
+        for (std::uint32_t step = 0; step < 3; ++step) {
+            submission.dispatch(*products.check_,
+                                bytes_of(CheckPush{step, tiles_.across, plan_.materials, rows}),
+                                step == 1 ? rows : 1, step == 1 ? blocks : 1);
+        }
+        submission.download(*products.finding_, sizeof(Finding));
+    }
     submission.mark();
 }
 
@@ -204,22 +240,35 @@ void MetricWork::add(const Products& products, std::uint32_t blocks) {
     }
 }
 
+const Finding* MetricWork::finding(const Products& products) {
+    if (!products.finding_) {
+        return nullptr;
+    }
+    const auto& finding = products.finding_->host_as<const Finding>()[0];
+    return finding.kind == Finding::fine ? nullptr : &finding;
+}
+
 MetricDistances MetricWork::distances() const {
     MetricDistances result;
     for (std::uint32_t i = 0; i < plan_.materials; ++i) {
         for (std::uint32_t j = i + 1; j < plan_.materials; ++j) {
             const std::size_t at = tiles_.sum_index(i, j);
             const double sum = sums_[at];
+            if (!std::isfinite(sum) && metric_->is_checked()) {
+                throw Error(Fault::input,
+                            fmt::format("{}: the sum over the voxels is {} for materials {} and "
+                                        "{}: beyond the range of float32",
+                                        metric_->file, sum, i, j));
+            }
             if (!std::isfinite(sum) || sum < 0) {
-                throw std::logic_error(
-                    fmt::format("metric {}: the sum of materials {} and {} is {}", metric_->name,
-                                i, j, sum));
+                throw std::logic_error(fmt::format(
+                    "metric {}: the sum of materials {} and {} is {}", metric_->name, i, j, sum));
             }
             result.values.push_back(std::sqrt(sum / static_cast<double>(grid_voxels_)));
-            result.bounds.push_back(bound_.distance(sum,
-                                                    {.norm_a = norms_.empty() ? 0 : norms_[i],
-                                                     .norm_b = norms_.empty() ? 0 : norms_[j],
-                                                     .slopes = slopes_.empty() ? 0 : slopes_[at]}));
+            result.bounds.push_back(
+                bound_.distance(sum, {.norm_a = norms_.empty() ? 0 : norms_[i],
+                                      .norm_b = norms_.empty() ? 0 : norms_[j],
+                                      .slopes = slopes_.empty() ? 0 : slopes_[at]}));
         }
     }
     return result;

@@ -12,6 +12,8 @@
 #include "engine/reflectance/distances.h"
 #include "engine/reflectance/error_bound.h"
 #include "engine/reflectance/metric.h"
+#include "engine/reflectance/metric_check.h"
+#include "engine/reflectance/metric_kernels.h"
 #include "engine/reflectance/slab_plan.h"
 
 namespace merl::reflectance {
@@ -38,8 +40,11 @@ struct ScratchBuffers {
 /// give.
 class MetricWork {
   public:
+    /// Compiles the metric: throws what compile_kernels() throws.
     MetricWork(device::Context& context, const SlabPlan& plan, const Metric& metric,
                std::uint64_t grid_voxels);
+
+    const Metric& metric() const { return *metric_; }
 
     /// Buffers for the results of one slab in flight, and the kernels bound to its buffers.
     class Products {
@@ -52,8 +57,10 @@ class MetricWork {
         device::Buffer sums_;                   // [block][tile][row][column]
         std::optional<device::Buffer> slopes_;  // likewise, with has_slopes()
         std::optional<device::Buffer> norms_;   // [block][material], with has_norms()
-        device::BoundKernel weigh_, prepare_, difference_, diagonal_difference_;
-        std::optional<device::BoundKernel> norm_, range_, slope_, diagonal_slope_;
+        std::optional<device::Buffer> finding_;
+        device::BoundKernel weigh_, prepare_, difference_;
+        std::optional<device::BoundKernel> diagonal_difference_;
+        std::optional<device::BoundKernel> norm_, range_, slope_, diagonal_slope_, check_;
     };
 
     /// Records everything for a slab of `voxels` voxels, filled up to `blocks` blocks. Marks twice:
@@ -64,17 +71,24 @@ class MetricWork {
     /// Adds the sums of a slab to the totals, each pair's in the order of the blocks.
     void add(const Products& products, std::uint32_t blocks);
 
-    /// The distances, after the last slab.
+    /// What check.comp found wrong in a slab that is finished; nullptr when nothing is.
+    static const Finding* finding(const Products& products);
+
+    /// The distances, after the last slab. Throws Error (input) when a sum is beyond float32.
     MetricDistances distances() const;
 
   private:
+    MetricWork(device::Context& context, const SlabPlan& plan, const Metric& metric,
+               std::uint64_t grid_voxels, const MetricKernels& spirv);
+
     const Metric* metric_;
     SlabPlan plan_;
     PairTiles tiles_;
     std::uint64_t grid_voxels_;
     ErrorBound bound_;
-    device::Kernel weigh_, prepare_, difference_, diagonal_difference_;
-    std::optional<device::Kernel> norm_, range_, slope_, diagonal_slope_;
+    device::Kernel weigh_, prepare_, difference_;
+    std::optional<device::Kernel> diagonal_difference_;
+    std::optional<device::Kernel> norm_, range_, slope_, diagonal_slope_, check_;
     std::vector<double> sums_;    // [tile][row][column]
     std::vector<double> slopes_;  // likewise
     std::vector<double> norms_;   // [material]

@@ -57,13 +57,15 @@ SlabPlan plan_slabs(const device::Limits& limits, std::uint64_t memory_bytes,
                     std::uint64_t materials, std::uint64_t voxels,
                     std::span<const Metric* const> metrics) {
     if (materials > kMaxMaterials) {
-        throw Error(Fault::usage, fmt::format("{} materials are more than {}, the most there may be",
-                                              materials, kMaxMaterials));
+        throw Error(Fault::device,
+                    fmt::format("{} materials are more than {}, the most there may be", materials,
+                                kMaxMaterials));
     }
     SlabPlan plan = {.materials = static_cast<std::uint32_t>(materials)};
     for (const auto* metric : metrics) {
         const auto tiles = plan.tiles(*metric);
-        if (tiles.count() > limits.groups_x || tiles.padded_materials() > limits.groups_y) {
+        const auto groups = std::uint64_t{tiles.count()} * metric->most_groups_per_tile();
+        if (groups > limits.groups_x || tiles.padded_materials() > limits.groups_y) {
             throw Error(Fault::device,
                         fmt::format("{} materials are more than this device can pair: its "
                                     "largest dispatch is {} x {} workgroups",
@@ -102,9 +104,9 @@ SlabPlan plan_slabs(const device::Limits& limits, std::uint64_t memory_bytes,
                         memory_bytes, materials, mebibytes(block_bytes), block_bytes));
     }
     const auto all_blocks = std::max<std::uint64_t>(1, divide_up(voxels, kBlockVoxels));
-    auto blocks = std::min({buffer_limit / largest, memory_bytes / block_bytes,
-                            divide_up(all_blocks, kSlabsForOverlap),
-                            std::uint64_t{limits.groups_y}});
+    auto blocks =
+        std::min({buffer_limit / largest, memory_bytes / block_bytes,
+                  divide_up(all_blocks, kSlabsForOverlap), std::uint64_t{limits.groups_y}});
     if (limits.host_caches) {
         blocks = std::min(blocks, std::max<std::uint64_t>(1, kCachedBytes / block_bytes));
     }

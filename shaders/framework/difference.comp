@@ -29,9 +29,10 @@ const uint kPairs = kTile * kTile;
 
 void main() {
     uint block = gl_WorkGroupID.y;
-    PairTile tile = pair_tile(kDiagonal, tiles_across);
-    int rows = int((block * tiles_across + tile.row) * kTile * kBlockTexels);
-    int columns = int((block * tiles_across + tile.column) * kTile * kBlockTexels);
+    uint tile = gl_WorkGroupID.x + (kDiagonal ? tiles_above_diagonal(tiles_across) : 0);
+    uvec2 at = tile_at(tile, tiles_across);
+    int rows = int((block * tiles_across + at.x) * kTile * kBlockTexels);
+    int columns = int((block * tiles_across + at.y) * kTile * kBlockTexels);
 
     float total[kPairs];
     float sum[kPairs];  // begins each run with what rounding the total has lost
@@ -65,7 +66,7 @@ void main() {
             sum[i] = lost;
         }
     }
-    uint out_at = (block * pair_tiles(tiles_across) + tile.index) * kPairs;
+    uint out_at = (block * tile_count(tiles_across) + tile) * kPairs;
     [[unroll]] for (uint i = 0; i < kPairs; ++i) {
         float all = float(subgroupAdd(double(total[i]) + double(sum[i])));
         if (gl_LocalInvocationID.x == 0) {  // subgroupElect() loops on lavapipe

@@ -8,6 +8,7 @@
 #include "lib/numerics.glsl"
 
 #ifdef METRIC_FLOAT64
+#include "lib/float64.glsl"
 #define float double
 #define vec2 dvec2
 #define vec3 dvec3
@@ -22,7 +23,18 @@ struct Voxel {
     float s_merl;  // MERL scale factor
     float cos_theta_i;
     float cos_theta_o;
+    float solid_angle;  // of its pairs of directions, sr^2: 4 pi s_merl / voxels
+    float voxels;       // of the whole grid, also those below the horizon
 };
+
+#ifdef COUNTED_LOOPS
+// The conditions of the metric's loops call this. One invocation gets so many iterations, and then its
+// loops just end: on lavapipe all would end so, in silence, after twice as many.
+const uint kMostLoops = 32768;
+uint loops_ = 0;
+bool count_loop_() { return ++loops_ <= kMostLoops; }
+bool loops_ran_out() { return loops_ > kMostLoops; }
+#endif
 
 #include "chosen_metric.glsl"
 
@@ -43,14 +55,19 @@ const uint kCellVoxels = 4;
 // texels, the larger the tile should be.
 #ifdef DEGREE_NUMERATOR
 // The difference is a sum over channels of a homogeneous function of one channel's difference: the
-// weight moves into the samples, and a texel is one channel of a cell. A channel is stored as eight
-// rows of kColumns texels, so that a chunk, which is eight consecutive cells, is a column, and lanes
+// weight moves into the samples, and a texel is one channel of a cell. A channel is stored as four
+// rows of kColumns texels, so that a chunk, which is four consecutive cells, is a column, and lanes
 // side by side read side by side.
 const uint kCellTexels = 3;
-const uint kColumns = 32;
+const uint kColumns = 64;
 const uint kChunkTexels = kBlockVoxels / kCellVoxels / kColumns;
 uint channel_texel(uint channel, uint cell) {
     return channel * (kBlockVoxels / kCellVoxels) + cell % kChunkTexels * kColumns + cell / kChunkTexels;
+}
+uint channel_of_texel(uint texel) { return texel / (kBlockVoxels / kCellVoxels); }
+uint cell_of_texel(uint texel) {
+    uint place = texel % (kBlockVoxels / kCellVoxels);
+    return place % kColumns * kChunkTexels + place / kColumns;
 }
 #if DEGREE_NUMERATOR < DEGREE_DENOMINATOR
 const uint kTile = 10;
@@ -60,6 +77,6 @@ const uint kTile = 20;
 #else
 // Any difference: a texel is one voxel's transformed sample and its weight.
 const uint kCellTexels = 4;
-const uint kTile = 5;
+const uint kTile = 10;
 #endif
 const uint kBlockTexels = kBlockVoxels / kCellVoxels * kCellTexels;

@@ -2,24 +2,19 @@
 // engine/reflectance/pair_tiles.h has the same order: first all above the diagonal, row by row, then
 // the diagonal.
 
-struct PairTile {
-    uint row;
-    uint column;
-    uint index;
-};
+uint tiles_above_diagonal(uint across) { return across * (across - 1) / 2; }
 
-uint pair_tiles(uint across) { return across * (across + 1) / 2; }
+uint tile_count(uint across) { return tiles_above_diagonal(across) + across; }
 
-// The tile of this workgroup.
-PairTile pair_tile(bool diagonal, uint across) {
-    if (diagonal) {
-        return PairTile(gl_WorkGroupID.x, gl_WorkGroupID.x, pair_tiles(across) - across + gl_WorkGroupID.x);
+// Row and column of a tile, in tiles.
+uvec2 tile_at(uint tile, uint across) {
+    if (tile >= tiles_above_diagonal(across)) {
+        return uvec2(tile - tiles_above_diagonal(across));
     }
     uint row = 0;
-    uint rest = gl_WorkGroupID.x;
-    for (uint in_row = across - 1; rest >= in_row; --in_row) {
-        rest -= in_row;
+    for (uint in_row = across - 1; tile >= in_row; --in_row) {
+        tile -= in_row;
         ++row;
     }
-    return PairTile(row, row + 1 + rest, gl_WorkGroupID.x);
+    return uvec2(row, row + 1 + tile);
 }

@@ -32,9 +32,10 @@ float chunk_slope(vec2 a, vec2 b, float size_of_a, float size_of_b) {
 
 void main() {
     uint block = gl_WorkGroupID.y;
-    PairTile tile = pair_tile(kDiagonal, tiles_across);
-    int rows = int((block * tiles_across + tile.row) * kTile * kTexels);
-    int columns = int((block * tiles_across + tile.column) * kTile * kTexels);
+    uint tile = gl_WorkGroupID.x + (kDiagonal ? tiles_above_diagonal(tiles_across) : 0);
+    uvec2 at = tile_at(tile, tiles_across);
+    int rows = int((block * tiles_across + at.x) * kTile * kTexels);
+    int columns = int((block * tiles_across + at.y) * kTile * kTexels);
 
     float sum[kPairs];
     [[unroll]] for (uint i = 0; i < kPairs; ++i) {
@@ -56,7 +57,7 @@ void main() {
             }
         }
     }
-    uint out_at = (block * pair_tiles(tiles_across) + tile.index) * kPairs;
+    uint out_at = (block * tile_count(tiles_across) + tile) * kPairs;
     [[unroll]] for (uint i = 0; i < kPairs; ++i) {
         float all = subgroupAdd(sum[i]);
         if (gl_LocalInvocationID.x == 0) {

@@ -38,5 +38,9 @@ double folded(double weight) { return weight; }
 
 void main() {
     uint k = gl_GlobalInvocationID.x;
-    weights[k] = k < voxel_count ? folded(weight(fetch_voxel(k))) : 0.0;
+    double result = k < voxel_count ? folded(weight(fetch_voxel(k))) : 0.0;
+#ifdef COUNTED_LOOPS
+    result = loops_ran_out() ? nan64() : result;
+#endif
+    weights[k] = result;
 }

@@ -3,8 +3,8 @@
 import support
 from support import USAGE, Case, write_database
 
-COMMANDS = [], ["scan"], ["devices"], ["database"], ["database", "info"], ["database", "write"], \
-    ["verify"], ["slices"]
+COMMANDS = [], ["scan"], ["devices"], ["metrics"], ["metrics", "show"], ["database"], \
+    ["database", "info"], ["database", "write"], ["verify"], ["slices"]
 
 
 class Help(Case):
@@ -66,7 +66,7 @@ class ScanOptions(Case):
         for two in "rmse", "rmse,rmse", "rmse,", "":
             self.assert_usage(["two", "metrics"], "--metrics", two)
         self.assert_usage(["--metrics", "2", "3"], "--metrics", "rmse,cwcbrt,pawcielab")
-        known = "cosine-rmse, cwcbrt, pawcielab, rmse"
+        known = "ngan, nielsen-log, paw-ciede2000, pawcielab, rmse, sun-log2"
         self.assert_usage(["rmsee", known], "--metrics", "rmsee,rmse")
         self.assert_usage(["RMSE"], "--metrics", "cwcbrt,RMSE")
 

@@ -1,0 +1,138 @@
+#include "app/guard.h"
+
+#include <fmt/format.h>
+#include <poll.h>
+#include <sys/prctl.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <chrono>
+#include <csignal>
+#include <cstdio>
+#include <cstring>
+#include <exception>
+#include <fstream>
+
+#include "app/interrupt.h"
+#include "engine/error.h"
+
+namespace merl::app {
+namespace {
+
+constexpr int kLookEvery = 50;  // milliseconds
+
+/// What the child reports: nothing when all is well, else the fault and the message.
+std::string report_of(const std::function<void()>& work) {
+    const auto report = [](Fault fault, const char* message) {
+        return static_cast<char>('0' + static_cast<int>(fault)) + std::string(message);
+    };
+    try {
+        work();
+        return "";
+    } catch (const Error& error) {
+        return report(error.fault(), error.what());
+    } catch (const std::exception& error) {
+        return report(Fault::input, error.what());
+    }
+}
+
+[[noreturn]] void be_the_child(int to_parent, const std::function<void()>& work) {
+    ::prctl(PR_SET_PDEATHSIG, SIGKILL);
+    const std::string report = report_of(work) + '.';  // the full stop says that it got this far
+    const char* rest = report.data();
+    const char* const end = rest + report.size();
+    while (rest < end) {
+        const auto written = ::write(to_parent, rest, static_cast<std::size_t>(end - rest));
+        if (written <= 0) {
+            break;
+        }
+        rest += written;
+    }
+    ::_exit(0);
+}
+
+std::uint64_t resident_bytes(pid_t child) {
+    std::ifstream statm(fmt::format("/proc/{}/statm", child));
+    std::uint64_t size = 0;
+    std::uint64_t resident = 0;
+    statm >> size >> resident;
+    return resident * static_cast<std::uint64_t>(::sysconf(_SC_PAGESIZE));
+}
+
+/// The child; at the end it is gone, whatever happens.
+class Child {
+  public:
+    Child(pid_t child, int from_child) : child_(child), from_child_(from_child) {}
+    ~Child() {
+        ::kill(child_, SIGKILL);
+        ::waitpid(child_, nullptr, 0);
+        ::close(from_child_);
+    }
+    Child(const Child&) = delete;
+    Child& operator=(const Child&) = delete;
+
+    /// All that it writes until it ends; "" when it says nothing.
+    std::string listen(const std::string& what, double seconds, std::uint64_t bytes) const {
+        using Clock = std::chrono::steady_clock;
+        const auto end = Clock::now() + std::chrono::duration<double>(seconds);
+        std::string report;
+        std::array<char, 4096> buffer = {};
+        for (;;) {
+            throw_if_interrupted();
+            pollfd wait = {.fd = from_child_, .events = POLLIN, .revents = 0};
+            if (::poll(&wait, 1, kLookEvery) > 0) {
+                const auto count = ::read(from_child_, buffer.data(), buffer.size());
+                if (count <= 0) {
+                    return report;
+                }
+                report.append(buffer.data(), static_cast<std::size_t>(count));
+            }
+            if (Clock::now() > end) {
+                throw Error(Fault::input, fmt::format("{} took more than {} seconds: it is too "
+                                                      "large, or has no end",
+                                                      what, seconds));
+            }
+            if (resident_bytes(child_) > bytes) {
+                throw Error(Fault::input,
+                            fmt::format("{} took more than {} MiB of memory: it is too large", what,
+                                        bytes >> 20U));
+            }
+        }
+    }
+
+  private:
+    pid_t child_;
+    int from_child_;
+};
+
+}  // namespace
+
+void run_guarded(const std::string& what, double seconds, std::uint64_t bytes,
+                 const std::function<void()>& work) {
+    std::array<int, 2> pipe = {};
+    if (::pipe(pipe.data()) != 0) {
+        throw std::runtime_error(fmt::format("no pipe: {}", std::strerror(errno)));
+    }
+    std::fflush(nullptr);
+    const pid_t id = ::fork();
+    if (id < 0) {
+        throw std::runtime_error(fmt::format("no process: {}", std::strerror(errno)));
+    }
+    if (id == 0) {
+        ::close(pipe[0]);
+        be_the_child(pipe[1], work);
+    }
+    ::close(pipe[1]);
+    const Child child(id, pipe[0]);
+    const auto report = child.listen(what, seconds, bytes);
+    if (report.empty()) {
+        throw Error(Fault::input, fmt::format("{} makes the compiler or the driver crash", what));
+    }
+    if (report.size() > 1) {
+        throw Error(static_cast<Fault>(report[0] - '0'), report.substr(1, report.size() - 2));
+    }
+}
+
+}  // namespace merl::app

@@ -1,0 +1,19 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <string>
+
+namespace merl::app {
+
+/// Runs `work` in a process of its own, for work that may never end, eat all memory or crash: the
+/// compilers of a hostile shader may. What it changes is lost. An Error that it throws is thrown
+/// here; if it takes longer than `seconds` or more than `bytes` of memory, or crashes, an Error
+/// (input) with `what` and the reason. Throws Interrupted when the user wants to stop.
+///
+/// To be called before there are other threads or an open device, which a copy of the process would
+/// have only halves of.
+void run_guarded(const std::string& what, double seconds, std::uint64_t bytes,
+                 const std::function<void()>& work);
+
+}  // namespace merl::app
