@@ -17,7 +17,7 @@ namespace {
 constexpr std::string_view kExtension = ".glsl";
 
 /// A metric is some ten lines; this is room for tables.
-constexpr std::uintmax_t kMostBytes = 256 * 1024;
+constexpr std::uintmax_t kMostBytes = 256ULL * 1024;
 
 /// The defaults of every parameter.
 std::vector<double> defaults(const MetricHeader& header) {
