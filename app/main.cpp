@@ -14,6 +14,7 @@
 #include "app/terminal.h"
 #include "app/version.h"
 #include "engine/error.h"
+#include "scan/input.h"
 
 namespace {
 
@@ -105,6 +106,8 @@ int main(int argc, char** argv) {
         return run(argc, argv);
     } catch (const merl::Error& error) {
         return complain("", error.what(), status_of(error.fault()));
+    } catch (const merl::scan::InputError& error) {
+        return complain("", error.what(), kInput);
     } catch (const Interrupted& interrupt) {
         return complain("", "interrupted; nothing was written", kInterrupted + interrupt.signal());
     } catch (const std::bad_alloc&) {
