@@ -77,6 +77,7 @@ int run(int argc, char** argv) {
         "5 output cannot be written, 70 internal error, 128 + signal when interrupted.");
     Command chosen;
     add_scan(program, chosen);
+    add_compare(program, chosen);
     add_devices(program, chosen);
     add_database(program, chosen);
     add_verify(program, chosen);

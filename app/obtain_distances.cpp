@@ -88,6 +88,14 @@ void require_metrics(std::size_t found, const MetricNeeds& needs) {
                                           found, expected));
 }
 
+ordered_json metric_json(const reflectance::Metric& metric) {
+    return {{"name", metric.name},
+            {"title", metric.header("title")},
+            {"formula", metric.header("formula")},
+            {"source", metric.header("source")},
+            {"parameters", ordered_json::object()}};
+}
+
 ObtainedDistances compute(const DistanceOptions& options, const MetricNeeds& needs, bool quiet) {
     ObtainedDistances result;
     result.metrics = chosen_metrics(options.metrics.value_or(needs.from_database));
@@ -105,6 +113,7 @@ ObtainedDistances compute(const DistanceOptions& options, const MetricNeeds& nee
     result.distance_seconds = watch.lap();
     result.table.names = database.materials();
     for (std::size_t m = 0; m < result.metrics.size(); ++m) {
+        result.described_metrics.push_back(metric_json(*result.metrics[m]));
         result.table.metrics.push_back({std::string(result.metrics[m]->name),
                                         std::move(computed.distances[m].values),
                                         std::move(computed.distances[m].bounds)});
@@ -134,6 +143,9 @@ ObtainedDistances read(const DistanceOptions& options, const MetricNeeds& needs,
     result.table = scan::parse_distance_table(text, options.distances, columns,
                                               [&](double share) { progress.update(share); });
     require_metrics(result.table.metrics.size(), needs);
+    for (const auto& column : result.table.metrics) {
+        result.described_metrics.push_back({{"name", as_utf8(column.metric)}});
+    }
     const auto hash = XXH3_128bits(text.data(), text.size());
     result.distance_seconds = watch.lap();
     result.source = {{"distances",

@@ -57,6 +57,9 @@ struct ObtainedDistances {
     std::unique_ptr<reflectance::Database> database;
     std::vector<const reflectance::Metric*> metrics;
 
+    /// Per metric: its name, and of a computed one title, formula, source and parameters (name and
+    /// value of each).
+    nlohmann::ordered_json described_metrics = nlohmann::ordered_json::array();
     /// For the summary: what is known of the database or the table, the parts of the distance stage
     /// and the device.
     nlohmann::ordered_json source = nlohmann::ordered_json::object();

@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "app/commands.h"
+#include "app/describe.h"
 #include "app/exit_status.h"
 #include "app/interrupt.h"
 #include "app/obtain_distances.h"
@@ -67,42 +68,18 @@ struct Outcome {
     Seconds seconds;
 };
 
-/// A pair as one reads it: "chrome | steel".
-std::string pair_text(const scan::Distances& distances, std::uint32_t index) {
-    const auto pair = scan::pair_at(index, distances.materials());
-    return fmt::format("{} | {}", distances.names[pair.first], distances.names[pair.second]);
-}
-
-double rate(const scan::Counts& counts) {
-    return counts.configurations == 0 ? 0.0
-                                      : static_cast<double>(counts.disagreements()) /
-                                            static_cast<double>(counts.configurations);
-}
-
-ordered_json configuration_json(const scan::Distances& distances, const scan::Configuration& c) {
-    const auto left = scan::pair_at(c.left, distances.materials());
-    const auto right = scan::pair_at(c.right, distances.materials());
-    const auto name = [&](std::uint32_t material) { return as_utf8(distances.names[material]); };
-    return {{"left", {name(left.first), name(left.second)}},
-            {"right", {name(right.first), name(right.second)}},
-            {"agreement", c.agreement}};
-}
-
-/// Replaces what is no UTF-8, so that a strict JSON reader reads the summary.
-std::string dump(const ordered_json& json) {
-    return json.dump(2, ' ', false, ordered_json::error_handler_t::replace) + "\n";
-}
-
 std::string summary_json(const Options& options, const Outcome& o) {
     const auto& d = o.distances;
     ordered_json strongest;
     if (o.strongest) {
-        strongest = configuration_json(d, *o.strongest);
+        strongest = configuration_json(d.names, *o.strongest);
     }
     ordered_json agreement_range;
     if (!o.selection.empty()) {
         agreement_range = {o.selection.front().agreement, o.selection.back().agreement};
     }
+    ordered_json counts = counts_json(o.census.counts);
+    counts["counted_by"] = counted_by(o.census.streamed);
     ordered_json json = {{"program", {{"name", "merl-scan"}, {"version", kVersion}}},
                          {"metrics", {as_utf8(d.first_metric), as_utf8(d.second_metric)}}};
     json.update(o.obtained.source);
@@ -111,14 +88,8 @@ std::string summary_json(const Options& options, const Outcome& o) {
         {"pairs", d.pairs()},
         {"configurations", o.census.counts.configurations},
         {"disagreements", o.census.counts.disagreements()},
-        {"rate", rate(o.census.counts)},
-        {"counts",
-         {{"concordant", o.census.counts.concordant()},
-          {"discordant", o.census.counts.discordant},
-          {"tied_in_first_only", o.census.counts.tied_first_only},
-          {"tied_in_second_only", o.census.counts.tied_second_only},
-          {"tied_in_both", o.census.counts.tied_both},
-          {"counted_by", o.census.streamed ? "streaming and inversions" : "inversions"}}},
+        {"rate", o.census.counts.disagreement_rate()},
+        {"counts", counts},
         {"exact", !options.fast},
         {"undecided_in_float32", o.undecided},
         {"refined_distances",
@@ -140,7 +111,7 @@ std::string summary_json(const Options& options, const Outcome& o) {
                        {"refine", o.seconds.refine}, {"count", o.seconds.count},
                        {"select", o.seconds.select}, {"list", o.seconds.list},
                        {"write", o.seconds.write},   {"total", o.seconds.total()}};
-    return dump(json);
+    return json_text(json);
 }
 
 void print_summary(const Options& options, const Outcome& o) {
@@ -156,11 +127,11 @@ void print_summary(const Options& options, const Outcome& o) {
     line("pairs", fmt::format("{}", fmt::group_digits(d.pairs())));
     line("configurations", fmt::format("{}", fmt::group_digits(counts.configurations)));
     line("disagreements", fmt::format("{} ({:.2f} %)", fmt::group_digits(counts.disagreements()),
-                                      100 * rate(counts)));
+                                      100 * counts.disagreement_rate()));
     if (o.strongest) {
         line("strongest",
-             fmt::format("{} against {}, agreement {:.6f}", pair_text(d, o.strongest->left),
-                         pair_text(d, o.strongest->right), o.strongest->agreement));
+             fmt::format("{} against {}, agreement {:.6f}", pair_text(d.names, o.strongest->left),
+                         pair_text(d.names, o.strongest->right), o.strongest->agreement));
     }
     if (!o.selection.empty()) {
         line("selection",

@@ -152,7 +152,7 @@ std::vector<std::uint32_t> rows_by_pair(const std::vector<Row>& rows,
     std::ranges::sort(found);
     const auto text_of = [&](std::uint32_t index) {
         const Pair pair = pair_at(index, materials);
-        return fmt::format("\"{}\" and \"{}\"", names[pair.first], names[pair.second]);
+        return fmt::format(R"("{}" and "{}")", names[pair.first], names[pair.second]);
     };
     const auto same_pair = [](const auto& x, const auto& y) { return x.first == y.first; };
     if (const auto twice = std::ranges::adjacent_find(found, same_pair); twice != found.end()) {
