@@ -90,31 +90,40 @@ std::string summary_json(const Options& options, const ObtainedDistances& obtain
     return json_text(json);
 }
 
+/// So many columns a name takes when print_line has made it harmless.
+std::size_t width_of(const std::string& name) {
+    return printable(name).size();
+}
+
+/// A name with spaces after it, up to a width.
+std::string padded(const std::string& name, std::size_t width) {
+    return name + std::string(width - std::min(width, width_of(name)), ' ');
+}
+
 void print_comparisons(const scan::DistanceTable& table,
                        const std::vector<scan::Comparison>& comparisons) {
-    const auto name = [&](std::size_t metric) { return printable(table.metrics[metric].metric); };
     std::size_t first_width = 0;
     std::size_t second_width = 0;
     for (const auto& c : comparisons) {
-        first_width = std::max(first_width, name(c.first).size());
-        second_width = std::max(second_width, name(c.second).size());
+        first_width = std::max(first_width, width_of(table.metrics[c.first].metric));
+        second_width = std::max(second_width, width_of(table.metrics[c.second].metric));
     }
-    const std::string names(first_width + 2 + second_width, ' ');
     const auto print = [](const std::string& text) { print_line(text, kResultsAreThere); };
     print("");
-    print(fmt::format("{}  disagree   tau-b  undecided  strongest disagreement", names));
+    print(padded("", first_width + 2 + second_width) +
+          "  disagree   tau-b  undecided  strongest disagreement and its agreement");
     for (const auto& c : comparisons) {
         std::string strongest = "none";
         if (!c.strongest.empty()) {
             const auto& s = c.strongest.front();
-            strongest =
-                fmt::format("{:.4f}  {} against {}", s.agreement, pair_text(table.names, s.left),
-                            pair_text(table.names, s.right));
+            strongest = fmt::format("{} against {}, {:.3g}", pair_text(table.names, s.left),
+                                    pair_text(table.names, s.right), s.agreement);
         }
         print(fmt::format(
-            "{:<{}}  {:<{}}  {:>6.2f} %  {:>6}  {:>9}  {}", name(c.first), first_width,
-            name(c.second), second_width, 100 * c.counts.disagreement_rate(),
-            c.tau_b ? fmt::format("{:.3f}", *c.tau_b) : "-",
+            "{}  {}  {:>6.2f} %  {:>6}  {:>9}  {}",
+            padded(table.metrics[c.first].metric, first_width),
+            padded(table.metrics[c.second].metric, second_width),
+            100 * c.counts.disagreement_rate(), c.tau_b ? fmt::format("{:.3f}", *c.tau_b) : "-",
             c.undecided ? fmt::format("{}", fmt::group_digits(*c.undecided)) : "-", strongest));
     }
     print("");

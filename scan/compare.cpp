@@ -44,7 +44,7 @@ std::optional<double> kendall_tau_b(const Counts& counts) {
     }
     const double difference =
         static_cast<double>(counts.concordant()) - static_cast<double>(counts.discordant);
-    return difference / std::sqrt(in_first) / std::sqrt(in_second);
+    return difference / std::sqrt(in_first * in_second);  // exactly 1 or -1 without ties
 }
 
 ComparisonResult compare_metrics(const DistanceTable& table, std::uint32_t strongest,

@@ -3,8 +3,8 @@
 import support
 from support import USAGE, Case, write_database
 
-COMMANDS = [], ["scan"], ["devices"], ["database"], ["database", "info"], ["database", "write"], \
-    ["verify"], ["slices"]
+COMMANDS = [], ["scan"], ["compare"], ["devices"], ["database"], ["database", "info"], \
+    ["database", "write"], ["verify"], ["slices"]
 
 
 class Help(Case):
@@ -21,6 +21,12 @@ class Help(Case):
             "--database", "--distances", "--out", "--metrics", "--select", "--per-material", "--device",
             "--disagreements", "--memory", "--threads", "--fast", "--force", "--quiet",
         ):
+            self.assertIn(option, output)
+
+    def test_help_of_compare_names_every_option(self):
+        output = self.assert_success("compare", "--help")
+        for option in ("--database", "--distances", "--out", "--metrics", "--device", "--memory",
+                       "--threads", "--force", "--quiet"):
             self.assertIn(option, output)
 
     def test_version(self):
@@ -41,7 +47,7 @@ class Usage(Case):
         self.assert_usage(["two\\x0alines", "\\x1b[31m"], "two\nlines\x1b[31m")
 
     def test_unknown_option(self):
-        for command in (["scan"], ["devices"], ["database", "info"], ["database", "write", "x"],
+        for command in (["scan"], ["compare"], ["devices"], ["database", "info"], ["database", "write", "x"],
                         ["verify"], ["slices", "--out", "x"]):
             with self.subTest(command):
                 self.assert_usage(["--colour"], *command, "--colour")
