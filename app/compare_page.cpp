@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <charconv>
 #include <cstdint>
 #include <nlohmann/json.hpp>
 #include <random>
@@ -23,7 +24,8 @@ using nlohmann::ordered_json;
 std::vector<std::uint32_t> draw_lots(std::uint64_t pairs, std::uint64_t count) {
     std::mt19937_64 random(1);
     std::vector<std::uint32_t> drawn;
-    for (std::uint64_t pair = 0; drawn.size() < count; ++pair) {
+    drawn.reserve(count);
+    for (std::uint64_t pair = 0; pair < pairs; ++pair) {
         if (random() % (pairs - pair) < count - drawn.size()) {
             drawn.push_back(static_cast<std::uint32_t>(pair));
         }
@@ -33,7 +35,10 @@ std::vector<std::uint32_t> draw_lots(std::uint64_t pairs, std::uint64_t count) {
 
 /// Six digits are more than a plot shows.
 double shortened(double value) {
-    return std::stod(fmt::format("{:.6g}", value));
+    const std::string text = fmt::format("{:.6g}", value);
+    double result = value;  // what it stays if rounding up took it beyond the largest double
+    std::from_chars(text.data(), text.data() + text.size(), result);
+    return result;
 }
 
 ordered_json comparison_json(const scan::DistanceTable& table, const scan::Comparison& c) {
@@ -75,6 +80,7 @@ ordered_json page_data(const ObtainedDistances& obtained, const scan::Comparison
     ordered_json values = ordered_json::array();
     for (const auto& column : table.metrics) {
         std::vector<double> numbers;
+        numbers.reserve(shown.size());
         for (const auto pair : shown) {
             numbers.push_back(shortened(column.values[pair]));
         }

@@ -182,6 +182,11 @@ class Page(Case):
         self.browser.run("choose(1, 2)")
         self.assertEqual(self.browser.text("#note"), "")
         self.assert_calm()
+        ends = iter([5e-324, 1.7976931348623157e308, 1e-310, 1, 3.1, 3.2])
+        self.make_table(["x", "y"], "abc", lambda _: next(ends))
+        self.show("--distances", "t.csv")
+        self.assertEqual(self.browser.run("points.length"), 3)
+        self.assert_calm()
         self.make_table(["x", "y"], "ab")  # one pair
         self.show("--distances", "t.csv")
         self.assert_calm()
