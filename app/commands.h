@@ -17,6 +17,7 @@ using Command = std::function<int()>;
 void add_scan(CLI::App& program, Command& chosen);
 void add_compare(CLI::App& program, Command& chosen);
 void add_devices(CLI::App& program, Command& chosen);
+void add_metrics(CLI::App& program, Command& chosen);
 void add_database(CLI::App& program, Command& chosen);
 void add_verify(CLI::App& program, Command& chosen);
 void add_slices(CLI::App& program, Command& chosen);

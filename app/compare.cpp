@@ -13,6 +13,7 @@
 #include "app/exit_status.h"
 #include "app/interrupt.h"
 #include "app/obtain_distances.h"
+#include "app/open_metrics.h"
 #include "app/options.h"
 #include "app/output_directory.h"
 #include "app/progress.h"
@@ -204,13 +205,16 @@ void add_compare(CLI::App& program, Command& chosen) {
     command->add_flag("--force", options->force, "Replace the results in an existing directory");
     command->add_flag("--quiet", options->quiet, "No progress and no summary");
     command->footer(
-        "Writes distances.csv, compare.csv, compare.html and summary.json "
-        "(docs/file-formats.md).\n"
+        std::string("Writes distances.csv, compare.csv, compare.html and summary.json "
+                    "(docs/file-formats.md).\n"
+                    "\n") +
+        kMetricsHelp +
         "\n"
         "Examples:\n"
         "  merl-scan compare\n"
         "  merl-scan compare --metrics cwcbrt,pawcielab,rmse --database ~/merl/brdfs --out "
         "results\n"
+        "  merl-scan compare --metrics all,./my_metric.glsl --out results\n"
         "  merl-scan compare --distances network.csv --out results");
     command->callback([&chosen, options] { chosen = [options] { return run(*options); }; });
 }

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "app/commands.h"
+#include "app/open_metrics.h"
 #include "app/options.h"
 #include "app/progress.h"
 #include "app/stopwatch.h"
@@ -21,20 +22,6 @@ namespace merl::app {
 namespace {
 
 using nlohmann::ordered_json;
-
-std::vector<const reflectance::Metric*> chosen_metrics(const std::string& list) {
-    std::vector<const reflectance::Metric*> metrics;
-    if (list == "all") {
-        for (const auto& metric : reflectance::metrics()) {
-            metrics.push_back(&metric);
-        }
-        return metrics;
-    }
-    for (const auto& name : split_list(list, "--metrics")) {
-        metrics.push_back(&reflectance::find_metric(name));
-    }
-    return metrics;
-}
 
 ordered_json database_json(const reflectance::Database& database,
                            const reflectance::DistanceResult& computed) {
@@ -89,16 +76,23 @@ void require_metrics(std::size_t found, const MetricNeeds& needs) {
 }
 
 ordered_json metric_json(const reflectance::Metric& metric) {
-    return {{"name", metric.name},
-            {"title", metric.header("title")},
-            {"formula", metric.header("formula")},
-            {"source", metric.header("source")},
-            {"parameters", ordered_json::object()}};
+    const auto& header = metric.header;
+    ordered_json parameters = ordered_json::object();
+    for (std::size_t p = 0; p < header.parameters.size(); ++p) {
+        parameters[header.parameters[p].name] = metric.parameters[p];
+    }
+    return {{"name", as_utf8(metric.name)},       {"title", as_utf8(header.title)},
+            {"formula", as_utf8(header.formula)}, {"source", as_utf8(header.source)},
+            {"note", as_utf8(header.note)},       {"parameters", parameters}};
 }
 
 ObtainedDistances compute(const DistanceOptions& options, const MetricNeeds& needs, bool quiet) {
     ObtainedDistances result;
-    result.metrics = chosen_metrics(options.metrics.value_or(needs.from_database));
+    result.opened =
+        open_metrics(split_list(options.metrics.value_or(needs.from_database), "--metrics"));
+    for (const auto& metric : result.opened) {
+        result.metrics.push_back(&metric);
+    }
     require_metrics(result.metrics.size(), needs);
     result.database = open_database(options.database);
     const auto& database = *result.database;
@@ -114,7 +108,7 @@ ObtainedDistances compute(const DistanceOptions& options, const MetricNeeds& nee
     result.table.names = database.materials();
     for (std::size_t m = 0; m < result.metrics.size(); ++m) {
         result.described_metrics.push_back(metric_json(*result.metrics[m]));
-        result.table.metrics.push_back({std::string(result.metrics[m]->name),
+        result.table.metrics.push_back({result.metrics[m]->name,
                                         std::move(computed.distances[m].values),
                                         std::move(computed.distances[m].bounds)});
     }

@@ -55,10 +55,11 @@ struct ObtainedDistances {
 
     // Null and empty when the table was read; otherwise what can recompute a distance.
     std::unique_ptr<reflectance::Database> database;
-    std::vector<const reflectance::Metric*> metrics;
+    std::vector<reflectance::Metric> opened;
+    std::vector<const reflectance::Metric*> metrics;  // those opened, in order
 
-    /// Per metric: its name, and of a computed one title, formula, source and parameters (name and
-    /// value of each).
+    /// Per metric: its name, and of a computed one title, formula, source, note and
+    /// parameters (name and value of each).
     nlohmann::ordered_json described_metrics = nlohmann::ordered_json::array();
     /// For the summary: what is known of the database or the table, the parts of the distance stage
     /// and the device.

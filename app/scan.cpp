@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <limits>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -12,6 +13,7 @@
 #include "app/exit_status.h"
 #include "app/interrupt.h"
 #include "app/obtain_distances.h"
+#include "app/open_metrics.h"
 #include "app/options.h"
 #include "app/output_directory.h"
 #include "app/progress.h"
@@ -60,6 +62,8 @@ struct Outcome {
     scan::Distances distances;
     ObtainedDistances obtained;  // without its table
     Refined refined;
+    bool exact = false;           // whether what float32 leaves open was refined
+    std::string unbounded;        // the metrics whose float32 distances have no bound
     std::uint64_t undecided = 0;  // configurations that float32 leaves open; 0 after refining
     scan::Census census;
     std::vector<scan::Configuration> selection;
@@ -90,7 +94,7 @@ std::string summary_json(const Options& options, const Outcome& o) {
         {"disagreements", o.census.counts.disagreements()},
         {"rate", o.census.counts.disagreement_rate()},
         {"counts", counts},
-        {"exact", !options.fast},
+        {"exact", o.exact},
         {"undecided_in_float32", o.undecided},
         {"refined_distances",
          {{as_utf8(d.first_metric), o.refined.first},
@@ -138,9 +142,12 @@ void print_summary(const Options& options, const Outcome& o) {
              fmt::format("{} configurations, agreement {:.6f} to {:.6f}", o.selection.size(),
                          o.selection.front().agreement, o.selection.back().agreement));
     }
-    if (options.fast) {
-        line("undecided", fmt::format("{} configurations, closer than float32 can tell",
-                                      fmt::group_digits(o.undecided)));
+    if (!o.exact) {
+        line("undecided", o.unbounded.empty()
+                              ? fmt::format("{} configurations, closer than float32 can tell",
+                                            fmt::group_digits(o.undecided))
+                              : fmt::format("{} configurations: no error bound is known for {}",
+                                            fmt::group_digits(o.undecided), o.unbounded));
     } else if (o.obtained.database) {
         line("refined",
              fmt::format("{} + {} distances in float64; {} configurations were closer than "
@@ -185,7 +192,15 @@ int run(const Options& options) {
     Stopwatch watch;
     o.distances = std::exchange(o.obtained.table, {}).distances(0, 1);
     o.undecided = scan::count_undecided(o.distances);
-    if (!options.fast && o.obtained.database) {
+    const auto& metrics = o.obtained.metrics;
+    o.exact = !options.fast &&
+              std::ranges::all_of(metrics, [](const auto* metric) { return metric->has_twin(); });
+    for (const auto* metric : metrics) {
+        if (!metric->has_bound()) {
+            o.unbounded += fmt::format("{}{}", o.unbounded.empty() ? "" : " and ", metric->name);
+        }
+    }
+    if (o.exact && o.obtained.database) {
         Progress progress("refining", options.quiet);
         // The strongest disagreement is printed, so at least one is selected.
         o.refined = refine(o.distances, *o.obtained.database,
@@ -261,13 +276,17 @@ void add_scan(CLI::App& program, Command& chosen) {
     command->add_flag("--force", options->force, "Replace the results in an existing directory");
     command->add_flag("--quiet", options->quiet, "No progress and no summary");
     command->footer(
-        "Writes pairs.csv, disagreements.csv, selection.csv and summary.json "
-        "(docs/file-formats.md).\n"
+        std::string("Writes pairs.csv, disagreements.csv, selection.csv and summary.json "
+                    "(docs/file-formats.md).\n"
+                    "\n") +
+        kMetricsHelp +
+        "What a file's metric leaves open in float32 stays open, as with --fast.\n"
         "\n"
         "Examples:\n"
         "  merl-scan scan\n"
         "  merl-scan scan --database ~/merl/brdfs --out results\n"
         "  merl-scan scan --metrics rmse,pawcielab --disagreements 1000 --out rmse-results\n"
+        "  merl-scan scan --metrics pawcielab,./my_metric.glsl:alpha=0.3\n"
         "  merl-scan scan --distances network.csv --metrics lpips,cwcbrt --out results\n"
         "  merl-scan scan --select 20 --per-material 3 --device llvmpipe --memory 256M --force");
     command->callback([&chosen, options] { chosen = [options] { return run(*options); }; });

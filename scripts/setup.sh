@@ -6,7 +6,7 @@ cd "$(dirname "$0")/.."
 
 packages=(
     g++ cmake ninja-build pkg-config python3                            # tools
-    glslang-tools spirv-tools                                           # shaders
+    glslang-dev glslang-tools spirv-tools                               # shaders
     libvulkan-dev mesa-vulkan-drivers vulkan-validationlayers           # Vulkan, lavapipe
     libglm-dev libtbb-dev libfmt-dev libxxhash-dev                      # libraries of the engine
     libcli11-dev nlohmann-json3-dev libopenexr-dev libpng-dev           # of the command line

@@ -11,6 +11,7 @@
 
 #include "engine/device/submission.h"
 #include "engine/reflectance/error_bound.h"
+#include "engine/reflectance/metric_kernels.h"
 
 namespace merl::reflectance {
 namespace {
@@ -59,6 +60,7 @@ struct Products {
     std::optional<Buffer> norms;   // [block][material], for a metric with a bound
     BoundKernel weigh, prepare, difference;
     std::optional<BoundKernel> norm;
+    std::uint32_t groups_per_tile = 1;  // that compute differences
 };
 
 /// The buffers of a slab in flight, and the commands that work on them.
@@ -104,18 +106,19 @@ MetricWork make_work(device::Context& context, const SlabPlan& plan, const Metri
                      std::uint64_t grid_voxels) {
     constexpr auto kTexels = Binding::texels;
     constexpr auto kStorage = Binding::storage;
+    const MetricKernels spirv = compile_kernels(metric);
     std::vector<Binding> difference = {kTexels, kStorage};
     if (metric.has_error_sums()) {
         difference.push_back(kStorage);
     }
     MetricWork work = {
         .metric = &metric,
-        .weigh = make_kernel(context, metric, "weigh", metric.weigh_spirv, {kTexels, kStorage},
+        .weigh = make_kernel(context, metric, "weigh", spirv.weigh, {kTexels, kStorage},
                              sizeof(WeighPush), false),
-        .prepare = make_kernel(context, metric, "prepare", metric.prepare_spirv,
+        .prepare = make_kernel(context, metric, "prepare", spirv.prepare,
                                {kTexels, kTexels, kTexels, kStorage}, sizeof(PreparePush), false),
-        .difference = make_kernel(context, metric, "difference", metric.difference_spirv,
-                                  difference, sizeof(DifferencePush), true),
+        .difference = make_kernel(context, metric, "difference", spirv.difference, difference,
+                                  sizeof(DifferencePush), true),
         .norm = {},
         .bound = {metric, grid_voxels},
         .sums = std::vector<double>(std::size_t{plan.tiles} * kPairs),
@@ -124,7 +127,7 @@ MetricWork make_work(device::Context& context, const SlabPlan& plan, const Metri
         .norms = std::vector<double>(plan.padded_materials)};
     if (metric.has_bound()) {
         work.norm =
-            make_kernel(context, metric, "norms", metric.norms_spirv, {kTexels, kStorage}, 0, true);
+            make_kernel(context, metric, "norms", spirv.norms, {kTexels, kStorage}, 0, true);
     }
     return work;
 }
@@ -188,8 +191,8 @@ class Computation {
                 s.download(*p.norms, plan_.norms_bytes());
             }
             s.mark();
-            s.dispatch(p.difference, bytes_of(DifferencePush{plan_.tiles_across}), plan_.tiles,
-                       slot.blocks);
+            s.dispatch(p.difference, bytes_of(DifferencePush{plan_.tiles_across}),
+                       plan_.tiles * p.groups_per_tile, slot.blocks);
             s.download(p.sums, plan_.sums_bytes());
             if (p.errors) {
                 s.download(*p.errors, plan_.sums_bytes());
@@ -277,7 +280,8 @@ class Computation {
                 .weigh = {context, work.weigh, weigh},
                 .prepare = {context, work.prepare, prepare},
                 .difference = std::move(bound_difference),
-                .norm = std::move(norm)};
+                .norm = std::move(norm),
+                .groups_per_tile = work.metric->groups_per_tile()};
     }
 
     /// Adds the partial sums of a slab, each pair's in the order of the blocks.

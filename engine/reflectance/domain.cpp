@@ -34,15 +34,20 @@ Voxel Domain::combine(const Angle& phi_d, const Angle& theta_d, const Angle& the
             .phi_d = phi_d.angle,
             .cos_theta_i = straight - across,
             .cos_theta_o = straight + across,
-            .s_merl = pi * pi * pi / 2 * m_t * 4 * theta_h.sine * theta_d.sine * theta_d.cosine};
+            .s_merl = pi * pi * pi / 2 * m_t * 4 * theta_h.sine * theta_d.sine * theta_d.cosine,
+            .solid_angle = 0,
+            .voxels = 0};
 }
 
 Voxel Domain::voxel(std::uint64_t file_index) const {
     const std::uint64_t r = file_index % grid_.phi_d;
     const std::uint64_t s = file_index / grid_.phi_d % grid_.theta_d;
     const std::uint64_t t = file_index / grid_.phi_d / grid_.theta_d;
-    return combine(phi_d_[r], theta_d_[s], theta_h_[t],
-                   (static_cast<double>(t) + 0.5) / grid_.theta_h);
+    Voxel voxel = combine(phi_d_[r], theta_d_[s], theta_h_[t],
+                          (static_cast<double>(t) + 0.5) / grid_.theta_h);
+    voxel.voxels = static_cast<double>(grid_.voxels());
+    voxel.solid_angle = 4 * pi * voxel.s_merl / voxel.voxels;
+    return voxel;
 }
 
 Voxel Domain::at(double m_r, double m_s, double m_t) {

@@ -30,6 +30,10 @@ struct Voxel {
     double cos_theta_i = 0;  // SPEC equation 4.5
     double cos_theta_o = 0;  // SPEC equation 4.6
     double s_merl = 0;       // MERL scale factor, SPEC 4.14 in its stable form
+    /// dω_i dω_o of the voxel in sr², with its rotations about the normal and its mirror image:
+    /// 4π·s_merl/|K|. Zero at points that are no voxel's centre.
+    double solid_angle = 0;
+    double voxels = 0;  // |K|, of the whole grid; likewise
 
     bool above_horizon() const { return cos_theta_i > 0 && cos_theta_o > 0; }
 };

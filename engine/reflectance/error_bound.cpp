@@ -24,7 +24,7 @@ constexpr double kRun = 8;
 }  // namespace
 
 ErrorBound::ErrorBound(const Metric& metric, std::uint64_t grid_voxels)
-    : degree_(metric.degree), voxels_(static_cast<double>(grid_voxels)) {
+    : degree_(metric.header.degree), voxels_(static_cast<double>(grid_voxels)) {
     // Roundings that one term goes through: in its texel, in its run, and of the block's sum.
     const double additions = 2 + kRun + 1;
     const double evaluation =

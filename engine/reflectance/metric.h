@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "engine/reflectance/domain.h"
+#include "engine/reflectance/metric_header.h"
 
 namespace merl::reflectance {
 
@@ -17,56 +18,68 @@ constexpr std::uint32_t kBlockVoxels = 1024;
 /// Voxels of a cell, the unit that a kernel prepares at a time; likewise.
 constexpr std::uint32_t kCellVoxels = 4;
 
+/// Materials along one side of a tile of pairs; likewise.
+constexpr std::uint32_t kTile = 10;
+
 /// One block of one material: red, green and blue (or what a transform makes of them), zero beyond
 /// the last voxel.
 using BlockSamples = std::array<std::array<double, kBlockVoxels>, 3>;
 using BlockWeights = std::array<double, kBlockVoxels>;
 
 /// The same metric file compiled as C++ in float64: the reference that device results are held to,
-/// and what refines them. One block at a time; sums have a fixed order on every processor.
+/// and what refines them. One block at a time; sums have a fixed order on every processor. All take
+/// the values of the metric's parameters.
 struct MetricTwin {
     /// transform(f, v) of every voxel of a block, in place.
-    void (*transform)(std::span<const Voxel, kBlockVoxels> voxels, BlockSamples& samples);
+    void (*transform)(std::span<const double> parameters,
+                      std::span<const Voxel, kBlockVoxels> voxels, BlockSamples& samples) = nullptr;
     /// weight(v) of every voxel of a block.
-    void (*weigh)(std::span<const Voxel, kBlockVoxels> voxels, BlockWeights& weights);
+    void (*weigh)(std::span<const double> parameters, std::span<const Voxel, kBlockVoxels> voxels,
+                  BlockWeights& weights) = nullptr;
     /// Σ g·h of a block; a and b are transformed samples.
-    double (*sum)(const BlockSamples& a, const BlockSamples& b, const BlockWeights& weights);
+    double (*sum)(std::span<const double> parameters, const BlockSamples& a, const BlockSamples& b,
+                  const BlockWeights& weights) = nullptr;
 };
 
-/// One metric of the family of SPEC §2: a transform, a weight and a difference (SPEC §3), made by
-/// the build from one file of shaders/metrics/ (or shaders/verify/).
+/// One metric of the family of SPEC §2: a transform, a weight and a difference (SPEC §3), and the
+/// values of its parameters. It comes from one GLSL file: of the library, or a user's.
 struct Metric {
-    std::string_view name;    // the file's name without extension
-    std::string_view source;  // the text of the file
-    /// The declared `degree` p: h is a sum over channels of a function with h(s·d) = |s|^p·h(d).
-    /// 0 when there is none: any function of two samples, for which no error bound is known.
-    double degree = 0;
-    std::span<const std::uint32_t> weigh_spirv;
-    std::span<const std::uint32_t> prepare_spirv;
-    std::span<const std::uint32_t> norms_spirv;
-    std::span<const std::uint32_t> difference_spirv;
-    MetricTwin twin;
+    std::string name;    // with the parameters that are not at their defaults: "pawcielab:white=80"
+    std::string file;    // what messages call the file
+    std::string source;  // the text of the file
+    MetricHeader header;             // what the text says of itself
+    std::vector<double> parameters;  // the chosen value of each of header.parameters
+    MetricTwin twin;                 // of a library metric; a user's has none
 
-    /// The value of `// key: value` in the file's header; empty when there is none.
-    std::string_view header(std::string_view key) const;
+    /// Whether float64 distances can be had on the CPU (reference.h).
+    bool has_twin() const { return twin.sum != nullptr; }
 
-    bool has_bound() const { return degree > 0; }
+    bool has_bound() const { return header.degree > 0; }
 
     /// Whether difference.comp also sums errors: a power below one is steep near zero.
-    bool has_error_sums() const { return degree > 0 && degree < 1; }
+    bool has_error_sums() const { return header.degree > 0 && header.degree < 1; }
+
+    /// Workgroups that share a tile of pairs (shaders/framework/any_difference.comp).
+    std::uint32_t groups_per_tile() const { return has_bound() ? 1 : kTile; }
 
     /// How the grid of this metric is cut into texels (shaders/framework/metric.glsl).
-    std::uint32_t cell_texels() const { return degree > 0 ? 3 : 4; }
+    std::uint32_t cell_texels() const { return header.degree > 0 ? 3 : 4; }
     std::uint32_t block_texels() const { return kBlockVoxels / kCellVoxels * cell_texels(); }
 };
 
-/// Every metric of the library, by name.
+/// Every metric of the library with its parameters at their defaults, by name.
 std::span<const Metric> metrics();
 
 /// The three metrics of the framework test (SPEC §2): one, uniform, projected-area.
 std::span<const Metric> framework_test_metrics();
 
-/// The metric with this name. Throws Error (usage) that lists the names there are.
+/// The library's metric with this name. Throws Error (usage) that lists the names there are.
 const Metric& find_metric(std::string_view name);
+
+/// The metric that `text` names, with its parameters: "pawcielab", "pawcielab:white=80",
+/// "./my_metric.glsl:alpha=0.3:beta=2". A name that ends in .glsl is a file. Nothing is compiled
+/// yet. Throws Error: (usage) for an unknown name or parameter or a value out of range, (input) for
+/// a file that cannot be read or has a bad header.
+Metric open_metric(const std::string& text);
 
 }  // namespace merl::reflectance

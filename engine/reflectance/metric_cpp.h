@@ -13,7 +13,7 @@
 #include <glm/vec3.hpp>
 #include <glm/vec4.hpp>
 
-#include "engine/reflectance/metric.h"
+#include "engine/reflectance/metric_library.h"
 #include "engine/widest_vectors.h"
 
 #pragma GCC diagnostic ignored "-Wunused-parameter"
@@ -29,7 +29,19 @@ using vec4 = glm::dvec4;
 
 #include "lib/numerics.glsl"
 
+/// The difference of the samples at k, in either of its two forms.
+template <typename Chosen>
+double difference_of(Chosen& chosen, const BlockSamples& a, const BlockSamples& b, std::size_t k) {
+    if constexpr (requires { chosen.difference(0.0); }) {
+        return chosen.difference(a[0][k] - b[0][k]) + chosen.difference(a[1][k] - b[1][k]) +
+               chosen.difference(a[2][k] - b[2][k]);
+    } else {
+        return chosen.difference(vec3(a[0][k], a[1][k], a[2][k]), vec3(b[0][k], b[1][k], b[2][k]));
+    }
+}
+
 }  // namespace
 }  // namespace merl::reflectance::glsl
 
 #define float double
+#define precise

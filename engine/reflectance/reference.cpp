@@ -94,7 +94,7 @@ void sum_part(const Database& database, const Domain& domain,
             const std::span<const Voxel, kBlockVoxels> of_block(
                 voxels.data() + block * kBlockVoxels, kBlockVoxels);
             BlockWeights weights = {};
-            request.metric->twin.weigh(of_block, weights);
+            request.metric->twin.weigh(request.metric->parameters, of_block, weights);
             const std::uint64_t filled =
                 std::min<std::uint64_t>(part.voxels - block * kBlockVoxels, kBlockVoxels);
             std::fill(weights.begin() + static_cast<std::ptrdiff_t>(filled), weights.end(), 0.0);
@@ -103,11 +103,13 @@ void sum_part(const Database& database, const Domain& domain,
                     grid[material] = std::make_unique<BlockSamples>();
                 }
                 *grid[material] = work.samples[material][block];
-                request.metric->twin.transform(of_block, *grid[material]);
+                request.metric->twin.transform(request.metric->parameters, of_block,
+                                               *grid[material]);
             }
             for (std::size_t p = 0; p < request.pairs.size(); ++p) {
                 const auto [a, b] = request.pairs[p];
-                sums[block][at + p] = request.metric->twin.sum(*grid[a], *grid[b], weights);
+                sums[block][at + p] = request.metric->twin.sum(request.metric->parameters, *grid[a],
+                                                               *grid[b], weights);
             }
         }
         at += request.pairs.size();

@@ -29,7 +29,11 @@ SlabPlan plan_slabs(const device::Limits& limits, std::uint64_t memory_bytes,
                     std::span<const Metric* const> metrics) {
     const auto tiles_across = divide_up(materials, kTile);
     const auto tiles = tiles_across * (tiles_across + 1) / 2;
-    if (materials > kMaxMaterials || tiles > limits.groups_x ||
+    std::uint64_t groups = tiles;
+    for (const auto* metric : metrics) {
+        groups = std::max(groups, tiles * metric->groups_per_tile());
+    }
+    if (materials > kMaxMaterials || groups > limits.groups_x ||
         tiles_across * kTile > limits.groups_y) {
         throw Error(Fault::device,
                     fmt::format("{} materials are more than this device can pair: its "

@@ -9,9 +9,6 @@
 
 namespace merl::reflectance {
 
-/// Materials along one side of a tile of pairs; shaders/framework/difference.comp has the same.
-constexpr std::uint32_t kTile = 10;
-
 /// How a computation is cut into slabs: ranges of voxels for all materials, each a whole number of
 /// blocks. Two slabs are in flight at a time, one being read while the other is computed.
 struct SlabPlan {

@@ -36,7 +36,8 @@ void SlabReader::read(std::uint64_t first, std::uint64_t last, std::span<double>
         for (std::uint64_t j = 0; j < runs[i].length; ++j) {
             const Voxel v = domain_.voxel(runs[i].file_index + j);
             const std::array<double, kGeometryNumbers> numbers = {
-                v.theta_h, v.theta_d, v.phi_d, v.s_merl, v.cos_theta_i, v.cos_theta_o};
+                v.theta_h,     v.theta_d,     v.phi_d,       v.s_merl,
+                v.cos_theta_i, v.cos_theta_o, v.solid_angle, v.voxels};
             std::copy(numbers.begin(), numbers.end(),
                       geometry.begin() + static_cast<std::ptrdiff_t>(
                                              (runs[i].position - first + j) * kGeometryNumbers));

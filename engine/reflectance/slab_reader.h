@@ -18,7 +18,7 @@ struct MaterialCounts {
 };
 
 /// Numbers of one voxel in the geometry of a slab, in the order of Voxel.
-constexpr std::size_t kGeometryNumbers = 6;
+constexpr std::size_t kGeometryNumbers = 8;
 
 /// Reads a database slab by slab, in order, for the device.
 class SlabReader {

@@ -24,7 +24,6 @@ layout(push_constant) uniform Push {
 
 // The host knows the same numbers. Texels are added in runs, and the roundings of adding up the runs
 // are kept (Knuth's two-sum) and added in the end, so that only those within a run count.
-const uint kTile = 10;
 const uint kPairs = kTile * kTile;
 const uint kRun = 8;
 

@@ -8,6 +8,7 @@
 #include "lib/numerics.glsl"
 
 #ifdef METRIC_FLOAT64
+#include "lib/float64.glsl"
 #define float double
 #define vec2 dvec2
 #define vec3 dvec3
@@ -22,6 +23,8 @@ struct Voxel {
     float s_merl;  // MERL scale factor
     float cos_theta_i;
     float cos_theta_o;
+    float solid_angle;  // of its pairs of directions, sr^2: 4 pi s_merl / voxels
+    float voxels;       // of the whole grid, also those below the horizon
 };
 
 #include "chosen_metric.glsl"
@@ -37,6 +40,9 @@ struct Voxel {
 // Partial sums run over blocks of voxels; a cell is four voxels. The host knows the same numbers.
 const uint kBlockVoxels = 1024;
 const uint kCellVoxels = 4;
+
+// Materials along one side of a tile of pairs; likewise.
+const uint kTile = 10;
 
 // Two ways to lay out the grid of a metric, one rgba32f texel at a time.
 #ifdef DEGREE_NUMERATOR

@@ -3,8 +3,8 @@
 import support
 from support import USAGE, Case, write_database
 
-COMMANDS = [], ["scan"], ["compare"], ["devices"], ["database"], ["database", "info"], \
-    ["database", "write"], ["verify"], ["slices"]
+COMMANDS = [], ["scan"], ["compare"], ["devices"], ["metrics"], ["metrics", "show"], \
+    ["database"], ["database", "info"], ["database", "write"], ["verify"], ["slices"]
 
 
 class Help(Case):
@@ -75,7 +75,7 @@ class ScanOptions(Case):
         self.assert_usage(["--metrics", "rmse", "twice"], "--metrics", "rmse,rmse")
         for gap in "rmse,", ",rmse", "rmse,,cwcbrt", "":
             self.assert_usage(["--metrics", "empty"], "--metrics", gap)
-        known = "cosine-rmse, cwcbrt, pawcielab, rmse"
+        known = "ngan, nielsen-log, paw-ciede2000, pawcielab, rmse, sun-log2"
         self.assert_usage(["rmsee", known], "--metrics", "rmsee,rmse")
         self.assert_usage(["RMSE"], "--metrics", "cwcbrt,RMSE")
 

@@ -7,7 +7,6 @@
 
 #include "engine/device/submission.h"
 #include "engine/error.h"
-#include "numerics_spirv.h"
 #include "tests/engine/support.h"
 
 namespace merl::device {
@@ -21,7 +20,7 @@ std::vector<float> on_device(Context& context, Function function, const std::vec
     const std::uint64_t bytes = x.size() * sizeof(float);
     Buffer in(context, bytes, Traffic::upload);
     Buffer out(context, bytes, Traffic::download);
-    const Kernel kernel(context, "numerics", numerics_spirv,
+    const Kernel kernel(context, "numerics", test::compile(MERL_TEST_SHADERS "/numerics.comp"),
                         {.bindings = {Binding::storage, Binding::storage},
                          .constants = {static_cast<std::uint32_t>(function)},
                          .push_bytes = 4});
@@ -110,7 +109,7 @@ TEST(Submission, BeyondTheLimitsIsABugOfThePlanner) {
     Buffer buffer(context, 256, Traffic::upload);
     Buffer other(context, 256, Traffic::download);
     const Kernel kernel(
-        context, "numerics", numerics_spirv,
+        context, "numerics", test::compile(MERL_TEST_SHADERS "/numerics.comp"),
         {.bindings = {Binding::storage, Binding::storage}, .constants = {0}, .push_bytes = 4});
     Buffer* const both[] = {&buffer, &other};
     const BoundKernel bound(context, kernel, both);
@@ -148,7 +147,7 @@ TEST(Context, AValidationMessageIsAnError) {
     Context context({.device = "llvmpipe"});
     // A kernel that pushes more bytes than the device has room for is against the specification.
     EXPECT_ANY_THROW({
-        const Kernel kernel(context, "numerics", numerics_spirv,
+        const Kernel kernel(context, "numerics", test::compile(MERL_TEST_SHADERS "/numerics.comp"),
                             {.bindings = {Binding::storage, Binding::storage},
                              .constants = {0},
                              .push_bytes = 1 << 16});

@@ -4,36 +4,37 @@
 
 #include <array>
 #include <cmath>
+#include <filesystem>
+#include <fstream>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "engine/error.h"
+#include "tests/engine/support.h"
 
 namespace merl::reflectance {
 namespace {
 
 using Rgb = std::array<double, 3>;
 
-TEST(Metric, TheLibraryHasFour) {
+TEST(Metric, TheLibrary) {
     std::string names;
     for (const auto& metric : metrics()) {
-        names += std::string(metric.name) + " ";
-        EXPECT_FALSE(metric.header("title").empty()) << metric.name;
-        EXPECT_FALSE(metric.header("formula").empty()) << metric.name;
-        EXPECT_FALSE(metric.header("source").empty()) << metric.name;
+        names += metric.name + " ";
+        EXPECT_FALSE(metric.header.title.empty()) << metric.name;
+        EXPECT_FALSE(metric.header.formula.empty()) << metric.name;
+        EXPECT_FALSE(metric.header.source.empty()) << metric.name;
     }
-    EXPECT_EQ(names, "cosine-rmse cwcbrt pawcielab rmse ");
+    EXPECT_EQ(
+        names,
+        "bieron-l2 bieron-log cosine-rmse cube-root cwcbrt low-log ngan nielsen-log paw-ciede2000 "
+        "pawcielab rmse sun-log2 ");
 }
 
-TEST(Metric, HeaderGivesTheValueOfAKey) {
-    const auto& metric = find_metric("cwcbrt");
-    EXPECT_EQ(metric.header("degree"), "2/3");
-    EXPECT_EQ(metric.header("deg"), "");
-    EXPECT_EQ(metric.header("nothing"), "");
-    EXPECT_DOUBLE_EQ(metric.degree, 2.0 / 3.0);
-    EXPECT_EQ(framework_test_metrics()[0].degree, 0);
-    EXPECT_TRUE(metric.has_error_sums());
+TEST(Metric, TheDegreeDecidesOnBounds) {
+    EXPECT_TRUE(find_metric("cwcbrt").has_error_sums());
     EXPECT_FALSE(find_metric("rmse").has_error_sums());
     EXPECT_FALSE(framework_test_metrics()[0].has_bound());
 }
@@ -44,20 +45,73 @@ TEST(Metric, AnUnknownOneIsRefusedWithTheNamesThereAre) {
         FAIL();
     } catch (const Error& error) {
         EXPECT_EQ(error.fault(), Fault::usage);
-        EXPECT_STREQ(error.what(),
-                     "there is no metric \"cielab\"; the metrics are: cosine-rmse, "
-                     "cwcbrt, pawcielab, rmse");
+        EXPECT_STREQ(
+            error.what(),
+            "there is no metric \"cielab\"; the metrics are: bieron-l2, bieron-log, cosine-rmse, "
+            "cube-root, cwcbrt, low-log, ngan, nielsen-log, paw-ciede2000, pawcielab, rmse, "
+            "sun-log2; a file of your own ends in .glsl");
     }
 }
 
+void expect_refused(const std::string& text, Fault fault, const std::string& part) {
+    try {
+        open_metric(text);
+        FAIL() << text;
+    } catch (const Error& error) {
+        EXPECT_EQ(error.fault(), fault) << error.what();
+        EXPECT_NE(std::string(error.what()).find(part), std::string::npos) << error.what();
+    }
+}
+
+TEST(Metric, ParametersAreInTheNameUnlessTheyAreDefaults) {
+    EXPECT_EQ(open_metric("rmse").name, "rmse");
+    EXPECT_EQ(open_metric("pawcielab:white=100").name, "pawcielab");
+    const auto metric = open_metric("pawcielab:white=2.50e1");
+    EXPECT_EQ(metric.name, "pawcielab:white=25");
+    EXPECT_EQ(metric.parameters, std::vector<double>{25});
+    EXPECT_EQ(find_metric("pawcielab").parameters, std::vector<double>{100});
+}
+
+TEST(Metric, WrongParametersAreRefused) {
+    expect_refused("rmse:white=1", Fault::usage, "no parameter \"white\"; it has none at all");
+    expect_refused("pawcielab:black=1", Fault::usage, "its parameters are: white");
+    expect_refused("pawcielab:", Fault::usage, "no parameter \"\"");
+    expect_refused("pawcielab:white=1:white=1", Fault::usage, "given twice");
+    for (const char* value : {"", "=", "=x", "=0", "=-1", "=1e9", "=nan", "=inf", "=1 ", "=1,2"}) {
+        expect_refused(std::string("pawcielab:white") + value, Fault::usage, "expected a number");
+    }
+}
+
+TEST(Metric, AFileOfYourOwn) {
+    const test::TemporaryDirectory directory;
+    const auto path = directory.path / "a:b.glsl";
+    std::ofstream(path) << "// degree: 1\n// parameter: alpha = 0.5 in [0, 1] how much\n";
+    const auto metric = open_metric(path.string() + ":alpha=0.3");
+    EXPECT_EQ(metric.name, "a:b.glsl:alpha=0.3");
+    EXPECT_EQ(metric.file, path.string());
+    EXPECT_EQ(metric.header.degree, 1);
+    EXPECT_FALSE(metric.has_twin());
+    EXPECT_EQ(open_metric(path.string()).parameters, std::vector<double>{0.5});
+
+    expect_refused((directory.path / "none.glsl").string(), Fault::input, "no such file");
+    expect_refused(".glsl", Fault::input, "no such file");
+    std::filesystem::create_directory(directory.path / "d.glsl");
+    expect_refused((directory.path / "d.glsl").string(), Fault::input, "not a regular file");
+    std::ofstream(directory.path / "big.glsl") << std::string(300'000, ' ');
+    expect_refused((directory.path / "big.glsl").string(), Fault::input, "more than");
+    std::ofstream(directory.path / "zero.glsl") << std::string(3, '\0');
+    expect_refused((directory.path / "zero.glsl").string(), Fault::input, "zero byte");
+}
+
 /// The transform of one sample.
-Rgb transformed(const Metric& metric, const Rgb& rgb) {
-    const std::vector<Voxel> voxels(kBlockVoxels);
+Rgb transformed(const Metric& metric, const Rgb& rgb, const Voxel& voxel = {}) {
+    const std::vector<Voxel> voxels(kBlockVoxels, voxel);
     auto samples = std::make_unique<BlockSamples>();
     for (std::size_t i = 0; i < 3; ++i) {
         (*samples)[i][7] = rgb[i];
     }
-    metric.twin.transform(std::span<const Voxel, kBlockVoxels>(voxels), *samples);
+    metric.twin.transform(metric.parameters, std::span<const Voxel, kBlockVoxels>(voxels),
+                          *samples);
     return {(*samples)[0][7], (*samples)[1][7], (*samples)[2][7]};
 }
 
@@ -65,7 +119,7 @@ Rgb transformed(const Metric& metric, const Rgb& rgb) {
 double weight(const Metric& metric, const Voxel& voxel) {
     const std::vector<Voxel> voxels(kBlockVoxels, voxel);
     BlockWeights weights = {};
-    metric.twin.weigh(std::span<const Voxel, kBlockVoxels>(voxels), weights);
+    metric.twin.weigh(metric.parameters, std::span<const Voxel, kBlockVoxels>(voxels), weights);
     return weights[3];
 }
 
@@ -79,7 +133,7 @@ double sum_of(const Metric& metric, const Rgb& a, const Rgb& b) {
     }
     BlockWeights weights;
     weights.fill(1);
-    return metric.twin.sum(*x, *y, weights);
+    return metric.twin.sum(metric.parameters, *x, *y, weights);
 }
 
 /// CIELAB of the primaries of sRGB under D65, as tabulated by B. Lindbloom to two decimals; RGB is
@@ -103,10 +157,77 @@ TEST(Metric, PawcielabTransformsToPublishedCielab) {
     }
 }
 
+TEST(Metric, PawcielabsWhiteScalesTheSamples) {
+    const auto metric = open_metric("pawcielab:white=2");
+    const Rgb lab = transformed(metric, {2, 0, 0});
+    const Rgb red = transformed(find_metric("pawcielab"), {100, 0, 0});
+    for (std::size_t i = 0; i < 3; ++i) {
+        EXPECT_NEAR(lab[i], red[i], 1e-12);
+    }
+}
+
 TEST(Metric, CielabIsLinearNearBlack) {
     // Below the knee of F, L = 116 · 841/108 · Y/100 (SPEC §3).
     const Rgb lab = transformed(find_metric("pawcielab"), {0.1, 0.1, 0.1});
     EXPECT_NEAR(lab[0], 116 * (841.0 / 108.0) * 0.1 / 100, 1e-12);
+}
+
+/// Pairs of the test data of Sharma, Wu and Dalal 2005 (table 1): the hue differences are small,
+/// about 180 degrees and on both sides of it, or undefined; then large differences, and measured
+/// colours.
+TEST(Metric, Ciede2000IsThatOfThePublishedPairs) {
+    struct Row {
+        Rgb a, b;
+        double difference;
+    };
+    const Row rows[] = {
+        {{50, 2.6772, -79.7751}, {50, 0, -82.7485}, 2.0425},
+        {{50, -1.3802, -84.2814}, {50, 0, -82.7485}, 1.0000},
+        {{50, 0, 0}, {50, -1, 2}, 2.3669},
+        {{50, 2.49, -0.001}, {50, -2.49, 0.0009}, 7.1792},
+        {{50, 2.49, -0.001}, {50, -2.49, 0.0010}, 7.1792},
+        {{50, 2.49, -0.001}, {50, -2.49, 0.0011}, 7.2195},
+        {{50, -0.001, 2.49}, {50, 0.0009, -2.49}, 4.8045},
+        {{50, -0.001, 2.49}, {50, 0.0011, -2.49}, 4.7461},
+        {{50, 2.5, 0}, {50, 0, -2.5}, 4.3065},
+        {{50, 2.5, 0}, {73, 25, -18}, 27.1492},
+        {{50, 2.5, 0}, {61, -5, 29}, 22.8977},
+        {{50, 2.5, 0}, {56, -27, -3}, 31.9030},
+        {{60.2574, -34.0099, 36.2677}, {60.4626, -34.1751, 39.4387}, 1.2644},
+        {{61.2901, 3.7196, -5.3901}, {61.4292, 2.2480, -4.9620}, 1.8731},
+        {{35.0831, -44.1164, 3.7933}, {35.0232, -40.0716, 1.5901}, 1.8645},
+        {{90.8027, -2.0831, 1.4410}, {91.1528, -1.6435, 0.0447}, 1.4441},
+        {{6.7747, -0.2908, -2.4247}, {5.8714, -0.0985, -2.2286}, 0.6377},
+    };
+    const auto& metric = find_metric("paw-ciede2000");
+    for (const auto& row : rows) {
+        EXPECT_NEAR(std::sqrt(sum_of(metric, row.a, row.b)), row.difference, 5.1e-5);
+        EXPECT_NEAR(std::sqrt(sum_of(metric, row.b, row.a)), row.difference, 5.1e-5);
+    }
+}
+
+/// The formulas in the files' headers, computed in Python: g·h at a voxel with cos theta_i = 0.3,
+/// cos theta_o = 0.7 and s_MERL = 5, for samples of 2 and 0.5 in one channel.
+TEST(Metric, TheLibraryIsThatOfItsFormulas) {
+    const Voxel v = {.theta_h = 0.3,
+                     .theta_d = 0.4,
+                     .phi_d = 1,
+                     .cos_theta_i = 0.3,
+                     .cos_theta_o = 0.7,
+                     .s_merl = 5};
+    const std::pair<const char*, double> rows[] = {
+        {"cube-root", 0.09740852025088818},  {"ngan", 0.322288759761088},
+        {"low-log", 0.7635697314506094},     {"bieron-l2", 0.70875},
+        {"bieron-log", 0.38170850111493476}, {"sun-log2", 3.959128814194094},
+        {"nielsen-log", 1.9021753712699476}, {"sun-log2:epsilon=0.5", 0.3656605404970981},
+    };
+    for (const auto& [name, expected] : rows) {
+        const auto metric = open_metric(name);
+        const Rgb a = transformed(metric, {2, 0, 0}, v);
+        const Rgb b = transformed(metric, {0.5, 0, 0}, v);
+        EXPECT_NEAR(weight(metric, v) * sum_of(metric, a, b) / expected, 1, 1e-12) << name;
+    }
+    EXPECT_EQ(weight(open_metric("ngan:largest_angle=60"), v), 0);
 }
 
 TEST(Metric, WeightsAndSumsAreThoseOfTheSpecification) {

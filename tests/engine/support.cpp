@@ -2,8 +2,14 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <fstream>
+#include <iterator>
+
+#include "engine/device/shader_compiler.h"
+#include "engine/reflectance/metric_library.h"
 
 namespace merl::test {
 
@@ -48,6 +54,18 @@ double random_sample(std::size_t material, std::uint64_t voxel, std::size_t chan
     x ^= x >> 31U;
     const double uniform = static_cast<double>(x >> 11U) * 0x1p-53;
     return uniform < 0.02 ? -1.0 : std::pow(10.0, 6 * uniform - 3);
+}
+
+std::vector<std::uint32_t> compile(const std::string& path) {
+    std::ifstream file(path);
+    const device::ShaderText shader = {path, {std::istreambuf_iterator<char>(file), {}}};
+    return device::compile_shader(shader, "", [](std::string_view name, std::string_view) {
+        const auto files = reflectance::shader_files();
+        const auto found =
+            std::find_if(files.begin(), files.end(),
+                         [&](const device::ShaderText& f) { return f.name == name; });
+        return found == files.end() ? nullptr : &*found;
+    });
 }
 
 TemporaryDirectory::TemporaryDirectory() {

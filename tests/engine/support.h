@@ -33,6 +33,9 @@ class FunctionDatabase final : public reflectance::Database {
 /// Reproducible numbers that look like reflectance: from 1e-3 to 1e3 1/sr, some not measured.
 double random_sample(std::size_t material, std::uint64_t voxel, std::size_t channel);
 
+/// The SPIR-V of a shader of the tests, which may include those of shaders/.
+std::vector<std::uint32_t> compile(const std::string& path);
+
 /// A directory that is removed at the end of the test.
 class TemporaryDirectory {
   public:

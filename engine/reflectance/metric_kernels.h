@@ -1,0 +1,22 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "engine/reflectance/metric.h"
+
+namespace merl::reflectance {
+
+/// The kernels of shaders/framework/ with one metric inside, as SPIR-V.
+struct MetricKernels {
+    std::vector<std::uint32_t> weigh;
+    std::vector<std::uint32_t> prepare;
+    std::vector<std::uint32_t> norms;
+    std::vector<std::uint32_t> difference;
+};
+
+/// Compiles a metric. It sees no files but its own and those of shaders/lib/. Throws Error (input)
+/// with the file's own line for what the compiler refuses, and for a function that is missing.
+MetricKernels compile_kernels(const Metric& metric);
+
+}  // namespace merl::reflectance
