@@ -166,7 +166,7 @@ class Compare(Case):
     def test_interrupted(self):
         before = tree(self.work)
         for number in signal.SIGINT, signal.SIGTERM:
-            with Running(self, "compare", "--out", "out") as running:
+            with Running(self, "compare", "--metrics", "rmse,cwcbrt", "--out", "out") as running:
                 running.wait_for_partial()
                 self.assertIn("interrupted", running.stop(number))
             self.assertEqual(tree(self.work), before)
