@@ -10,7 +10,9 @@
 #include <stdexcept>
 
 #include "engine/device/submission.h"
+#include "engine/error.h"
 #include "engine/reflectance/error_bound.h"
+#include "engine/reflectance/metric_check.h"
 #include "engine/reflectance/metric_kernels.h"
 
 namespace merl::reflectance {
@@ -32,7 +34,10 @@ struct WeighPush {
     std::uint32_t voxel_count;
 };
 struct PreparePush {
-    std::uint32_t stride, materials, padded_materials;
+    std::uint32_t stride, materials, padded_materials, voxel_count;
+};
+struct CheckPush {
+    std::uint32_t step, tiles_across, materials, groups;
 };
 struct DifferencePush {
     std::uint32_t tiles_across;
@@ -61,6 +66,8 @@ struct Products {
     BoundKernel weigh, prepare, difference;
     std::optional<BoundKernel> norm;
     std::uint32_t groups_per_tile = 1;  // that compute differences
+    std::optional<Buffer> finding;      // of a metric that is checked
+    std::optional<BoundKernel> check;
 };
 
 /// The buffers of a slab in flight, and the commands that work on them.
@@ -79,6 +86,7 @@ struct Slot {
     std::vector<Products> products;  // per metric
     Submission submission;
     std::uint32_t blocks = 0;  // of the slab that was submitted; 0 when there is none
+    std::uint64_t first = 0;   // position of its first voxel
 };
 
 /// One metric: its kernels, and its totals so far.
@@ -86,6 +94,7 @@ struct MetricWork {
     const Metric* metric;
     Kernel weigh, prepare, difference;
     std::optional<Kernel> norm;
+    std::optional<Kernel> check;
     ErrorBound bound;
     std::vector<double> sums;    // [tile][row][column]
     std::vector<double> errors;  // likewise: the sum of what rounded samples can change
@@ -120,11 +129,16 @@ MetricWork make_work(device::Context& context, const SlabPlan& plan, const Metri
         .difference = make_kernel(context, metric, "difference", spirv.difference, difference,
                                   sizeof(DifferencePush), true),
         .norm = {},
+        .check = {},
         .bound = {metric, grid_voxels},
         .sums = std::vector<double>(std::size_t{plan.tiles} * kPairs),
         .errors =
             std::vector<double>(metric.has_error_sums() ? std::size_t{plan.tiles} * kPairs : 0),
         .norms = std::vector<double>(plan.padded_materials)};
+    if (!spirv.check.empty()) {
+        work.check = make_kernel(context, metric, "check", spirv.check,
+                                 {kTexels, kTexels, kStorage}, sizeof(CheckPush), true);
+    }
     if (metric.has_bound()) {
         work.norm =
             make_kernel(context, metric, "norms", spirv.norms, {kTexels, kStorage}, 0, true);
@@ -142,9 +156,13 @@ std::size_t sum_index(const SlabPlan& plan, std::uint32_t i, std::uint32_t j) {
 /// The whole computation: kernels, buffers and totals.
 class Computation {
   public:
+    /// Called with what is wrong with a metric, and the position of the voxel; throws.
+    using Refuse = std::function<void(const Metric&, const Finding&, std::uint64_t position)>;
+
     Computation(device::Context& context, const SlabPlan& plan,
-                std::span<const Metric* const> metrics, std::uint64_t grid_voxels)
+                std::span<const Metric* const> metrics, std::uint64_t grid_voxels, Refuse refuse)
         : plan_(plan),
+          refuse_(std::move(refuse)),
           grid_voxels_(grid_voxels),
           weights_(context, plan.weights_bytes(), Traffic::none, Texels::words),
           grid_(context, grid_bytes(plan, metrics), Traffic::none, Texels::floats) {
@@ -171,7 +189,9 @@ class Computation {
         return slots_[0];
     }
 
-    void submit(Slot& slot, std::uint64_t voxels) {
+    /// `first` is the slab's first position in the list of visited voxels.
+    void submit(Slot& slot, std::uint64_t first, std::uint64_t voxels) {
+        slot.first = first;
         slot.blocks = static_cast<std::uint32_t>((voxels + kBlockVoxels - 1) / kBlockVoxels);
         const std::uint32_t slab_voxels = slot.blocks * kBlockVoxels;
         auto& s = slot.submission;
@@ -184,7 +204,8 @@ class Computation {
                        slab_voxels / kLanes, 1);
             s.dispatch(p.prepare,
                        bytes_of(PreparePush{static_cast<std::uint32_t>(plan_.slab_voxels()),
-                                            plan_.materials, plan_.padded_materials}),
+                                            plan_.materials, plan_.padded_materials,
+                                            static_cast<std::uint32_t>(voxels)}),
                        slab_voxels / kCellVoxels / kLanes, plan_.padded_materials);
             if (p.norm) {
                 s.dispatch(*p.norm, {}, plan_.padded_materials, slot.blocks);
@@ -194,6 +215,16 @@ class Computation {
             s.dispatch(p.difference, bytes_of(DifferencePush{plan_.tiles_across}),
                        plan_.tiles * p.groups_per_tile, slot.blocks);
             s.download(p.sums, plan_.sums_bytes());
+            if (p.check) {
+                const std::uint32_t groups = plan_.tiles * kTile;
+                for (std::uint32_t step = 0; step < 3; ++step) {
+                    s.dispatch(
+                        *p.check,
+                        bytes_of(CheckPush{step, plan_.tiles_across, plan_.materials, groups}),
+                        step == 1 ? groups : 1, step == 1 ? slot.blocks : 1);
+                }
+                s.download(*p.finding, sizeof(Finding));
+            }
             if (p.errors) {
                 s.download(*p.errors, plan_.sums_bytes());
             }
@@ -215,6 +246,12 @@ class Computation {
         for (std::size_t m = 0; m < works_.size(); ++m) {
             seconds.transform += device[2 * m];
             seconds.difference += device[2 * m + 1];
+            if (slot.products[m].finding) {
+                const auto& finding = slot.products[m].finding->host_as<const Finding>()[0];
+                if (finding.kind != Finding::fine) {
+                    refuse_(*works_[m].metric, finding, slot.first + finding.voxel);
+                }
+            }
             add(works_[m], slot.products[m], slot.blocks);
         }
         slot.blocks = 0;
@@ -274,6 +311,13 @@ class Computation {
         Buffer* const weigh[] = {&slot.geometry, &weights_};
         Buffer* const prepare[] = {&slot.geometry, &slot.samples, &weights_, &grid_};
         BoundKernel bound_difference(context, work.difference, difference);
+        std::optional<Buffer> finding;
+        std::optional<BoundKernel> check;
+        if (work.check) {
+            finding.emplace(context, sizeof(Finding), Traffic::download);
+            Buffer* const buffers[] = {&grid_, &weights_, &*finding};
+            check.emplace(context, *work.check, buffers);
+        }
         return {.sums = std::move(sums),
                 .errors = std::move(errors),
                 .norms = std::move(norms),
@@ -281,7 +325,9 @@ class Computation {
                 .prepare = {context, work.prepare, prepare},
                 .difference = std::move(bound_difference),
                 .norm = std::move(norm),
-                .groups_per_tile = work.metric->groups_per_tile()};
+                .groups_per_tile = work.metric->groups_per_tile(),
+                .finding = std::move(finding),
+                .check = std::move(check)};
     }
 
     /// Adds the partial sums of a slab, each pair's in the order of the blocks.
@@ -318,6 +364,7 @@ class Computation {
     }
 
     SlabPlan plan_;
+    Refuse refuse_;
     std::uint64_t grid_voxels_;
     Buffer weights_;
     Buffer grid_;
@@ -340,7 +387,12 @@ DistanceResult compute_distances(device::Context& context, const Database& datab
                              voxels.size(), metrics);
     auto& seconds = result.seconds;
     const Clock kernels;
-    Computation computation(context, result.plan, metrics, database.grid().voxels());
+    Computation computation(
+        context, result.plan, metrics, database.grid().voxels(),
+        [&](const Metric& metric, const Finding& finding, std::uint64_t position) {
+            const auto run = voxels.runs(position, position + 1).front();
+            throw Error(Fault::input, explain(finding, metric, database, run.file_index));
+        });
     seconds.kernels = kernels.seconds();
     SlabReader reader(database, domain, voxels);
     for (std::uint64_t slab = 0; slab < result.plan.slabs; ++slab) {
@@ -351,7 +403,7 @@ DistanceResult compute_distances(device::Context& context, const Database& datab
         reader.read(first, last, slot.samples.host_as<double>(), result.plan.slab_voxels(),
                     slot.geometry.host_as<double>());
         seconds.reading += reading.seconds();
-        computation.submit(slot, last - first);
+        computation.submit(slot, first, last - first);
         context.check_validation();
         if (options.progress) {
             options.progress(static_cast<double>(slab + 1) /

@@ -62,6 +62,9 @@ struct Metric {
     /// Workgroups that share a tile of pairs (shaders/framework/any_difference.comp).
     std::uint32_t groups_per_tile() const { return has_bound() ? 1 : kTile; }
 
+    /// The most workgroups a tile takes in any of the kernels.
+    std::uint32_t most_groups_per_tile() const { return has_bound() && has_twin() ? 1 : kTile; }
+
     /// How the grid of this metric is cut into texels (shaders/framework/metric.glsl).
     std::uint32_t cell_texels() const { return header.degree > 0 ? 3 : 4; }
     std::uint32_t block_texels() const { return kBlockVoxels / kCellVoxels * cell_texels(); }

@@ -139,7 +139,8 @@ MetricKernels compile_kernels(const Metric& metric) {
     return {.weigh = compile("weigh"),
             .prepare = compile("prepare"),
             .norms = compile("norms"),
-            .difference = compile(metric.has_bound() ? "difference" : "any_difference")};
+            .difference = compile(metric.has_bound() ? "difference" : "any_difference"),
+            .check = metric.has_twin() ? std::vector<std::uint32_t>() : compile("check")};
 }
 
 }  // namespace merl::reflectance

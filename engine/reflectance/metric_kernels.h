@@ -13,6 +13,7 @@ struct MetricKernels {
     std::vector<std::uint32_t> prepare;
     std::vector<std::uint32_t> norms;
     std::vector<std::uint32_t> difference;
+    std::vector<std::uint32_t> check;  // of a metric without a twin, which nobody has tested
 };
 
 /// Compiles a metric. It sees no files but its own and those of shaders/lib/. Throws Error (input)

@@ -31,7 +31,7 @@ SlabPlan plan_slabs(const device::Limits& limits, std::uint64_t memory_bytes,
     const auto tiles = tiles_across * (tiles_across + 1) / 2;
     std::uint64_t groups = tiles;
     for (const auto* metric : metrics) {
-        groups = std::max(groups, tiles * metric->groups_per_tile());
+        groups = std::max(groups, tiles * metric->most_groups_per_tile());
     }
     if (materials > kMaxMaterials || groups > limits.groups_x ||
         tiles_across * kTile > limits.groups_y) {

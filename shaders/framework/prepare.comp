@@ -19,6 +19,7 @@ layout(push_constant) uniform Push {
     uint stride;            // voxels between two planes of samples
     uint materials;         // materials of the database
     uint padded_materials;  // materials of the grid; those beyond the database's are zero
+    uint voxel_count;       // voxels of this slab; the last block is filled up with zeros
 };
 
 // Four consecutive float64 numbers, the first at a multiple of four.
@@ -46,6 +47,11 @@ void main() {
     dvec3 t1 = transform(dvec3(red.y, green.y, blue.y), fetch_voxel(k + 1));
     dvec3 t2 = transform(dvec3(red.z, green.z, blue.z), fetch_voxel(k + 2));
     dvec3 t3 = transform(dvec3(red.w, green.w, blue.w), fetch_voxel(k + 3));
+    // Beyond the last voxel a transform may make NaN of geometry that is not there.
+    t0 = k < voxel_count ? t0 : dvec3(0.0);
+    t1 = k + 1 < voxel_count ? t1 : dvec3(0.0);
+    t2 = k + 2 < voxel_count ? t2 : dvec3(0.0);
+    t3 = k + 3 < voxel_count ? t3 : dvec3(0.0);
 #ifdef DEGREE_NUMERATOR
     t0 *= weight.x;
     t1 *= weight.y;

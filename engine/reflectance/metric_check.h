@@ -1,0 +1,44 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+
+#include "engine/reflectance/database.h"
+#include "engine/reflectance/domain.h"
+#include "engine/reflectance/metric.h"
+
+namespace merl::reflectance {
+
+/// What shaders/framework/check.comp found wrong with a metric, as it writes it.
+struct Finding {
+    enum Kind : std::uint32_t {
+        fine,
+        weight,       // negative, NaN or infinite
+        first,        // the first material's transformed sample is NaN or infinite
+        second,       // the second's
+        not_finite,   // the difference is
+        negative,     // likewise
+        asymmetric,   // likewise
+        not_degree,   // it is not |d|^degree
+        endless_loop  // loops ran out of their steps
+    };
+    std::uint32_t group;
+    Kind kind;
+    std::uint32_t first_material;
+    std::uint32_t second_material;
+    std::uint32_t voxel;  // of the slab
+    std::uint32_t channel;
+    std::array<float, 3> a;
+    std::array<float, 3> b;
+    float there;
+    float back;
+    float voxel_weight;
+};
+
+/// One line for the user: what is wrong, at which voxel, between which materials, with which
+/// numbers. `file_index` is the voxel's.
+std::string explain(const Finding& finding, const Metric& metric, const Database& database,
+                    std::uint64_t file_index);
+
+}  // namespace merl::reflectance
