@@ -14,6 +14,7 @@
 #include "app/terminal.h"
 #include "app/version.h"
 #include "engine/error.h"
+#include "scan/input.h"
 
 namespace {
 
@@ -76,6 +77,7 @@ int run(int argc, char** argv) {
         "5 output cannot be written, 70 internal error, 128 + signal when interrupted.");
     Command chosen;
     add_scan(program, chosen);
+    add_compare(program, chosen);
     add_metrics(program, chosen);
     add_devices(program, chosen);
     add_database(program, chosen);
@@ -106,6 +108,8 @@ int main(int argc, char** argv) {
         return run(argc, argv);
     } catch (const merl::Error& error) {
         return complain("", error.what(), status_of(error.fault()));
+    } catch (const merl::scan::InputError& error) {
+        return complain("", error.what(), kInput);
     } catch (const Interrupted& interrupt) {
         return complain("", "interrupted; nothing was written", kInterrupted + interrupt.signal());
     } catch (const std::bad_alloc&) {

@@ -1,29 +1,27 @@
 #include "scan/scan.h"
 
 #include <fmt/format.h>
-#include <tbb/global_control.h>
 
-#include <chrono>
-#include <cstdlib>
+#include <algorithm>
 #include <limits>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
-#include <thread>
 
 #include "app/commands.h"
+#include "app/describe.h"
 #include "app/exit_status.h"
 #include "app/interrupt.h"
+#include "app/obtain_distances.h"
 #include "app/open_metrics.h"
 #include "app/options.h"
 #include "app/output_directory.h"
 #include "app/progress.h"
 #include "app/refine.h"
+#include "app/stopwatch.h"
 #include "app/terminal.h"
 #include "app/version.h"
-#include "engine/device/context.h"
 #include "engine/error.h"
-#include "engine/reflectance/distances.h"
 #include "scan/csv.h"
 #include "scan/disagreements.h"
 #include "scan/selection.h"
@@ -35,31 +33,17 @@ namespace {
 
 using nlohmann::ordered_json;
 
+const MetricNeeds kMetrics = {.from_database = "cwcbrt,pawcielab", .least = 2, .most = 2};
+
 struct Options {
-    std::string database;
+    DistanceOptions distances;
     std::string out = "merl-scan-results";
-    std::vector<std::string> metrics = {"cwcbrt", "pawcielab"};
-    std::string device;
-    std::uint64_t memory = 1ULL << 30U;
     std::uint32_t select = 100;
     std::uint32_t per_material = 10;
     std::optional<std::uint64_t> disagreements;  // how many rows to write; all without
-    unsigned threads = 0;                        // 0: as many as there are processors
     bool fast = false;
     bool force = false;
     bool quiet = false;
-};
-
-/// Seconds since it was made or last asked.
-class Stopwatch {
-  public:
-    double lap() {
-        const auto now = std::chrono::steady_clock::now();
-        return std::chrono::duration<double>(now - std::exchange(last_, now)).count();
-    }
-
-  private:
-    std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
 };
 
 /// Wall-clock seconds of the stages, which follow each other.
@@ -76,7 +60,7 @@ struct Seconds {
 
 struct Outcome {
     scan::Distances distances;
-    reflectance::DistanceResult computed;
+    ObtainedDistances obtained;  // without its table
     Refined refined;
     bool exact = false;           // whether what float32 leaves open was refined
     std::string unbounded;        // the metrics whose float32 distances have no bound
@@ -88,80 +72,33 @@ struct Outcome {
     Seconds seconds;
 };
 
-/// A pair as one reads it: "chrome | steel".
-std::string pair_text(const scan::Distances& distances, std::uint32_t index) {
-    const auto pair = scan::pair_at(index, distances.materials());
-    return fmt::format("{} | {}", distances.names[pair.first], distances.names[pair.second]);
-}
-
-double rate(const scan::Counts& counts) {
-    return counts.configurations == 0 ? 0.0
-                                      : static_cast<double>(counts.disagreements()) /
-                                            static_cast<double>(counts.configurations);
-}
-
-ordered_json configuration_json(const scan::Distances& distances, const scan::Configuration& c) {
-    const auto left = scan::pair_at(c.left, distances.materials());
-    const auto right = scan::pair_at(c.right, distances.materials());
-    const auto name = [&](std::uint32_t material) { return as_utf8(distances.names[material]); };
-    return {{"left", {name(left.first), name(left.second)}},
-            {"right", {name(right.first), name(right.second)}},
-            {"agreement", c.agreement}};
-}
-
-/// Replaces what is no UTF-8, so that a strict JSON reader reads the summary.
-std::string dump(const ordered_json& json) {
-    return json.dump(2, ' ', false, ordered_json::error_handler_t::replace) + "\n";
-}
-
-std::string summary_json(const Options& options, const reflectance::Database& database,
-                         const device::Context& context, const Outcome& o) {
+std::string summary_json(const Options& options, const Outcome& o) {
     const auto& d = o.distances;
-    const auto& s = o.computed.seconds;
-    ordered_json negative = ordered_json::object();
-    ordered_json negative_above = ordered_json::object();
-    for (std::size_t m = 0; m < d.names.size(); ++m) {
-        const std::string name = as_utf8(d.names[m]);
-        negative[name] = o.computed.counts[m].negative;
-        negative_above[name] = o.computed.counts[m].negative_above_horizon;
-    }
     ordered_json strongest;
     if (o.strongest) {
-        strongest = configuration_json(d, *o.strongest);
+        strongest = configuration_json(d.names, *o.strongest);
     }
     ordered_json agreement_range;
     if (!o.selection.empty()) {
         agreement_range = {o.selection.front().agreement, o.selection.back().agreement};
     }
-    const auto& grid = database.grid();
-    const ordered_json json = {
-        {"program", {{"name", "merl-scan"}, {"version", kVersion}}},
-        {"metrics", {d.first_metric, d.second_metric}},
-        {"database",
-         {{"name", as_utf8(database.name())},
-          {"kind", database.kind()},
-          {"content_hash", o.computed.content_hash},
-          {"grid", {{"theta_h", grid.theta_h}, {"theta_d", grid.theta_d}, {"phi_d", grid.phi_d}}}}},
+    ordered_json counts = counts_json(o.census.counts);
+    counts["counted_by"] = counted_by(o.census.streamed);
+    ordered_json json = {{"program", {{"name", "merl-scan"}, {"version", kVersion}}},
+                         {"metrics", {as_utf8(d.first_metric), as_utf8(d.second_metric)}}};
+    json.update(o.obtained.source);
+    json.update(ordered_json{
         {"materials", d.materials()},
-        {"samples_per_material", grid.voxels()},
-        {"samples_above_horizon", o.computed.voxels},
-        {"negative_samples", negative},
-        {"negative_samples_above_horizon", negative_above},
         {"pairs", d.pairs()},
         {"configurations", o.census.counts.configurations},
         {"disagreements", o.census.counts.disagreements()},
-        {"rate", rate(o.census.counts)},
-        {"counts",
-         {{"concordant", o.census.counts.concordant()},
-          {"discordant", o.census.counts.discordant},
-          {"tied_in_first_only", o.census.counts.tied_first_only},
-          {"tied_in_second_only", o.census.counts.tied_second_only},
-          {"tied_in_both", o.census.counts.tied_both},
-          {"counted_by", o.census.streamed ? "streaming and inversions" : "inversions"}}},
+        {"rate", o.census.counts.disagreement_rate()},
+        {"counts", counts},
         {"exact", o.exact},
         {"undecided_in_float32", o.undecided},
         {"refined_distances",
-         {{d.first_metric, o.refined.first}, {d.second_metric, o.refined.second}}},
+         {{as_utf8(d.first_metric), o.refined.first},
+          {as_utf8(d.second_metric), o.refined.second}}},
         {"strongest_disagreement", strongest},
         {"selection",
          {{"configurations", o.selection.size()}, {"agreement_range", agreement_range}}},
@@ -170,54 +107,35 @@ std::string summary_json(const Options& options, const reflectance::Database& da
          {{"select", options.select},
           {"per_material", options.per_material},
           {"disagreements", options.disagreements ? ordered_json(*options.disagreements) : "all"},
-          {"device", options.device},
-          {"memory_bytes", options.memory},
-          {"threads", options.threads}}},
-        {"device",
-         {{"name", context.info().name},
-          {"kind", context.info().kind},
-          {"driver", context.info().driver},
-          {"vulkan", context.info().vulkan},
-          {"peak_bytes", context.peak_allocated_bytes()},
-          {"slabs", o.computed.plan.slabs}}},
-        {"seconds",
-         {{"device", o.seconds.device},
-          {"distances", o.seconds.distances},
-          {"refine", o.seconds.refine},
-          {"count", o.seconds.count},
-          {"select", o.seconds.select},
-          {"list", o.seconds.list},
-          {"write", o.seconds.write},
-          {"total", o.seconds.total()}}},
-        {"distance_seconds",
-         {{"kernels", s.kernels},
-          {"reading", s.reading},
-          {"device_transform", s.transform},
-          {"device_difference", s.difference},
-          {"waiting", s.waiting},
-          {"adding", s.adding}}}};
-    return dump(json);
+          {"device", options.distances.device},
+          {"memory_bytes", options.distances.memory},
+          {"threads", options.distances.threads}}}});
+    json.update(o.obtained.device);
+    json["seconds"] = {{"device", o.seconds.device}, {"distances", o.seconds.distances},
+                       {"refine", o.seconds.refine}, {"count", o.seconds.count},
+                       {"select", o.seconds.select}, {"list", o.seconds.list},
+                       {"write", o.seconds.write},   {"total", o.seconds.total()}};
+    return json_text(json);
 }
 
-void print_summary(const Options& options, const reflectance::Database& database,
-                   const device::Context& context, const Outcome& o) {
+void print_summary(const Options& options, const Outcome& o) {
     const auto& d = o.distances;
     const auto& counts = o.census.counts;
     const auto line = [](const char* name, const std::string& text) {
         print_line(fmt::format("{:<16}{}", name, text), kResultsAreThere);
     };
-    line("database", fmt::format("{}, {}", database.name(), database.kind()));
+    for (const auto& [name, text] : o.obtained.source_lines) {
+        line(name.c_str(), text);
+    }
     line("metrics", fmt::format("{}, {}", d.first_metric, d.second_metric));
-    line("materials", fmt::format("{}, of {} samples each", fmt::group_digits(d.materials()),
-                                  fmt::group_digits(database.grid().voxels())));
     line("pairs", fmt::format("{}", fmt::group_digits(d.pairs())));
     line("configurations", fmt::format("{}", fmt::group_digits(counts.configurations)));
     line("disagreements", fmt::format("{} ({:.2f} %)", fmt::group_digits(counts.disagreements()),
-                                      100 * rate(counts)));
+                                      100 * counts.disagreement_rate()));
     if (o.strongest) {
         line("strongest",
-             fmt::format("{} against {}, agreement {:.6f}", pair_text(d, o.strongest->left),
-                         pair_text(d, o.strongest->right), o.strongest->agreement));
+             fmt::format("{} against {}, agreement {:.6f}", pair_text(d.names, o.strongest->left),
+                         pair_text(d.names, o.strongest->right), o.strongest->agreement));
     }
     if (!o.selection.empty()) {
         line("selection",
@@ -230,14 +148,15 @@ void print_summary(const Options& options, const reflectance::Database& database
                                             fmt::group_digits(o.undecided))
                               : fmt::format("{} configurations: no error bound is known for {}",
                                             fmt::group_digits(o.undecided), o.unbounded));
-    } else {
+    } else if (o.obtained.database) {
         line("refined",
              fmt::format("{} + {} distances in float64; {} configurations were closer than "
                          "float32 can tell",
                          o.refined.first, o.refined.second, fmt::group_digits(o.undecided)));
     }
-    line("device", fmt::format("{} ({}), {}", context.info().name, context.info().kind,
-                               context.info().driver));
+    for (const auto& [name, text] : o.obtained.device_lines) {
+        line(name.c_str(), text);
+    }
     const auto& s = o.seconds;
     line("seconds",
          fmt::format(
@@ -262,55 +181,31 @@ void write_results(const OutputDirectory& out, const Outcome& o, bool quiet) {
 }
 
 int run(const Options& options) {
-    if (options.metrics.size() != 2 || options.metrics[0] == options.metrics[1]) {
-        throw Error(Fault::usage, "--metrics takes two different metrics, like cwcbrt,pawcielab");
-    }
-    const auto opened = open_metrics(options.metrics, options.device);
-    if (opened.size() != 2) {
-        throw Error(Fault::usage, "--metrics takes two metrics; all of them is more");
-    }
-    const std::array<const reflectance::Metric*, 2> metrics = {opened.data(), &opened[1]};
-    std::optional<tbb::global_control> threads;
-    if (options.threads > 0) {
-        threads.emplace(tbb::global_control::max_allowed_parallelism, options.threads);
-        // lavapipe computes on threads of its own; whoever bounds ours means those too.
-        ::setenv("LP_NUM_THREADS", std::to_string(options.threads).c_str(), 0);
-    }
+    const auto threads = limit_threads(options.distances.threads);
     OutputDirectory out(options.out, options.force,
                         {"pairs.csv", "disagreements.csv", "selection.csv", "summary.json"});
-    const auto database = open_database(options.database);
 
     Outcome o;
+    o.obtained = obtain_distances(options.distances, kMetrics, options.quiet);
+    o.seconds.device = o.obtained.device_seconds;
+    o.seconds.distances = o.obtained.distance_seconds;
     Stopwatch watch;
-    device::Context context({.device = options.device});
-    o.seconds.device = watch.lap();
-    {
-        Progress progress("distances", options.quiet);
-        o.computed = reflectance::compute_distances(
-            context, *database, metrics,
-            {.memory_bytes = options.memory,
-             .progress = [&](double share) { progress.update(share); }});
-    }
-    o.seconds.distances = watch.lap();
-    o.distances = {.names = database->materials(),
-                   .first_metric = metrics[0]->name,
-                   .second_metric = metrics[1]->name,
-                   .first = o.computed.distances[0].values,
-                   .second = o.computed.distances[1].values,
-                   .first_bounds = o.computed.distances[0].bounds,
-                   .second_bounds = o.computed.distances[1].bounds};
+    o.distances = std::exchange(o.obtained.table, {}).distances(0, 1);
     o.undecided = scan::count_undecided(o.distances);
-    o.exact = !options.fast && metrics[0]->has_twin() && metrics[1]->has_twin();
+    const auto& metrics = o.obtained.metrics;
+    o.exact = !options.fast &&
+              std::ranges::all_of(metrics, [](const auto* metric) { return metric->has_twin(); });
     for (const auto* metric : metrics) {
         if (!metric->has_bound()) {
             o.unbounded += fmt::format("{}{}", o.unbounded.empty() ? "" : " and ", metric->name);
         }
     }
-    if (o.exact) {
+    if (o.exact && o.obtained.database) {
         Progress progress("refining", options.quiet);
         // The strongest disagreement is printed, so at least one is selected.
-        o.refined = refine(o.distances, *database, metrics, std::max(1U, options.select),
-                           std::max(1U, options.per_material),
+        o.refined = refine(o.distances, *o.obtained.database,
+                           {o.obtained.metrics[0], o.obtained.metrics[1]},
+                           std::max(1U, options.select), std::max(1U, options.per_material),
                            [&](double share) { progress.update(share); });
     }
     o.seconds.refine = watch.lap();
@@ -341,11 +236,11 @@ int run(const Options& options) {
     write_results(out, o, options.quiet);
     o.seconds.write = watch.lap();
     throw_if_interrupted();
-    const std::string summary = summary_json(options, *database, context, o);
+    const std::string summary = summary_json(options, o);
     out.write("summary.json", [&](int file) { scan::write_all(file, summary); });
     out.commit();
     if (!options.quiet) {
-        print_summary(options, *database, context, o);
+        print_summary(options, o);
     }
     return kSuccess;
 }
@@ -358,18 +253,9 @@ void add_scan(CLI::App& program, Command& chosen) {
         "scan",
         "All pair distances under two metrics, all disagreements, and the configurations for "
         "judges");
-    command
-        ->add_option("--database", options->database,
-                     "A directory of MERL .binary files (default: the built-in stand-in database)")
-        ->transform(not_empty());
+    auto* distances = add_distance_options(*command, options->distances, kMetrics);
     command->add_option("--out", options->out, "The directory to make")
         ->transform(not_empty())
-        ->capture_default_str();
-    command
-        ->add_option("--metrics", options->metrics,
-                     "Two metrics; the left pair has the smaller first; see below")
-        ->delimiter(',')
-        ->expected(1, 2)
         ->capture_default_str();
     constexpr std::uint32_t kMost = std::numeric_limits<std::uint32_t>::max();
     command->add_option("--select", options->select, "Configurations for judges")
@@ -384,15 +270,9 @@ void add_scan(CLI::App& program, Command& chosen) {
         ->add_option("--disagreements", options->disagreements,
                      "Write only the strongest N disagreements, 0 for none (default: all)")
         ->transform(whole_number(0, std::numeric_limits<std::uint64_t>::max()));
-    command->add_option("--device", options->device,
-                        "A Vulkan device by number or part of its name (default: the best)");
-    command->add_option("--memory", options->memory, "Bound on device memory, like 512M or 2G")
-        ->transform(byte_count())
-        ->default_str("1G");
-    command->add_option("--threads", options->threads, "Processor threads (default: all)")
-        ->transform(whole_number(1, 4096));
-    command->add_flag("--fast", options->fast,
-                      "Do not refine: float32 decides, and what it leaves open is counted");
+    distances->excludes(
+        command->add_flag("--fast", options->fast,
+                          "Do not refine: float32 decides, and what it leaves open is counted"));
     command->add_flag("--force", options->force, "Replace the results in an existing directory");
     command->add_flag("--quiet", options->quiet, "No progress and no summary");
     command->footer(
@@ -407,6 +287,7 @@ void add_scan(CLI::App& program, Command& chosen) {
         "  merl-scan scan --database ~/merl/brdfs --out results\n"
         "  merl-scan scan --metrics rmse,pawcielab --disagreements 1000 --out rmse-results\n"
         "  merl-scan scan --metrics pawcielab,./my_metric.glsl:alpha=0.3\n"
+        "  merl-scan scan --distances network.csv --metrics lpips,cwcbrt --out results\n"
         "  merl-scan scan --select 20 --per-material 3 --device llvmpipe --memory 256M --force");
     command->callback([&chosen, options] { chosen = [options] { return run(*options); }; });
 }

@@ -17,6 +17,12 @@ struct Counts {
 
     std::uint64_t disagreements() const { return discordant + tied_first_only + tied_second_only; }
     std::uint64_t concordant() const { return configurations - disagreements() - tied_both; }
+    /// Disagreements over configurations; 0 where there are none.
+    double disagreement_rate() const {
+        return configurations == 0
+                   ? 0.0
+                   : static_cast<double>(disagreements()) / static_cast<double>(configurations);
+    }
     bool operator==(const Counts&) const = default;
 };
 

@@ -10,7 +10,7 @@ packages=(
     libvulkan-dev mesa-vulkan-drivers vulkan-validationlayers           # Vulkan, lavapipe
     libglm-dev libtbb-dev libfmt-dev libxxhash-dev                      # libraries of the engine
     libcli11-dev nlohmann-json3-dev libopenexr-dev libpng-dev           # of the command line
-    libgtest-dev                                                        # of the tests
+    libgtest-dev libgmock-dev chromium                                  # of the tests
     clang-format clang-tidy                                             # style
 )
 

@@ -3,8 +3,8 @@
 import support
 from support import USAGE, Case, write_database
 
-COMMANDS = [], ["scan"], ["devices"], ["metrics"], ["metrics", "show"], ["database"], \
-    ["database", "info"], ["database", "write"], ["verify"], ["slices"]
+COMMANDS = [], ["scan"], ["compare"], ["devices"], ["metrics"], ["metrics", "show"], \
+    ["database"], ["database", "info"], ["database", "write"], ["verify"], ["slices"]
 
 
 class Help(Case):
@@ -18,9 +18,15 @@ class Help(Case):
     def test_help_of_scan_names_every_option(self):
         output = self.assert_success("scan", "--help")
         for option in (
-            "--database", "--out", "--metrics", "--select", "--per-material", "--device",
+            "--database", "--distances", "--out", "--metrics", "--select", "--per-material", "--device",
             "--disagreements", "--memory", "--threads", "--fast", "--force", "--quiet",
         ):
+            self.assertIn(option, output)
+
+    def test_help_of_compare_names_every_option(self):
+        output = self.assert_success("compare", "--help")
+        for option in ("--database", "--distances", "--out", "--metrics", "--device", "--memory",
+                       "--threads", "--force", "--quiet"):
             self.assertIn(option, output)
 
     def test_version(self):
@@ -41,7 +47,7 @@ class Usage(Case):
         self.assert_usage(["two\\x0alines", "\\x1b[31m"], "two\nlines\x1b[31m")
 
     def test_unknown_option(self):
-        for command in (["scan"], ["devices"], ["database", "info"], ["database", "write", "x"],
+        for command in (["scan"], ["compare"], ["devices"], ["database", "info"], ["database", "write", "x"],
                         ["verify"], ["slices", "--out", "x"]):
             with self.subTest(command):
                 self.assert_usage(["--colour"], *command, "--colour")
@@ -63,12 +69,21 @@ class ScanOptions(Case):
             self.assert_refused(USAGE, words, "scan", "--database", "db", "--out", "out", *options)
 
     def test_metrics(self):
-        for two in "rmse", "rmse,rmse", "rmse,", "":
-            self.assert_usage(["two", "metrics"], "--metrics", two)
-        self.assert_usage(["--metrics", "2", "3"], "--metrics", "rmse,cwcbrt,pawcielab")
+        self.assert_usage(["--metrics", "found 1", "2 metrics"], "--metrics", "rmse")
+        self.assert_usage(["--metrics", "found 3", "2 metrics"],
+                          "--metrics", "rmse,cwcbrt,pawcielab")
+        self.assert_usage(["--metrics", "rmse", "twice"], "--metrics", "rmse,rmse")
+        for gap in "rmse,", ",rmse", "rmse,,cwcbrt", "":
+            self.assert_usage(["--metrics", "empty"], "--metrics", gap)
         known = "ngan, nielsen-log, paw-ciede2000, pawcielab, rmse, sun-log2"
         self.assert_usage(["rmsee", known], "--metrics", "rmsee,rmse")
         self.assert_usage(["RMSE"], "--metrics", "cwcbrt,RMSE")
+
+    def test_a_table_or_a_database(self):
+        for other in ["--database", "db"], ["--device", "0"], ["--memory", "1G"], ["--fast"]:
+            with self.subTest(other):
+                self.assert_refused(USAGE, ["--distances", other[0]], "scan", "--out", "out",
+                                    "--distances", "t.csv", *other)
 
     def test_numbers(self):
         for option in "--select", "--per-material", "--disagreements", "--threads":

@@ -1,0 +1,49 @@
+#include "app/describe.h"
+
+#include <fmt/format.h>
+
+#include "app/terminal.h"
+#include "scan/pairs.h"
+
+namespace merl::app {
+namespace {
+
+scan::Pair pair_of(const std::vector<std::string>& names, std::uint32_t index) {
+    return scan::pair_at(index, static_cast<std::uint32_t>(names.size()));
+}
+
+}  // namespace
+
+std::string pair_text(const std::vector<std::string>& names, std::uint32_t index) {
+    const auto pair = pair_of(names, index);
+    return fmt::format("{} | {}", names[pair.first], names[pair.second]);
+}
+
+nlohmann::ordered_json configuration_json(const std::vector<std::string>& names,
+                                          const scan::Configuration& configuration) {
+    const auto pair = [&](std::uint32_t index) -> nlohmann::ordered_json {
+        const auto p = pair_of(names, index);
+        return {as_utf8(names[p.first]), as_utf8(names[p.second])};
+    };
+    return {{"left", pair(configuration.left)},
+            {"right", pair(configuration.right)},
+            {"agreement", configuration.agreement}};
+}
+
+nlohmann::ordered_json counts_json(const scan::Counts& counts) {
+    return {{"concordant", counts.concordant()},
+            {"discordant", counts.discordant},
+            {"tied_in_first_only", counts.tied_first_only},
+            {"tied_in_second_only", counts.tied_second_only},
+            {"tied_in_both", counts.tied_both}};
+}
+
+std::string counted_by(bool streamed) {
+    return streamed ? "streaming and inversions" : "inversions";
+}
+
+std::string json_text(const nlohmann::ordered_json& json) {
+    return json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
+}
+
+}  // namespace merl::app

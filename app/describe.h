@@ -1,0 +1,31 @@
+#pragma once
+
+#include <cstdint>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "scan/agreement.h"
+#include "scan/count.h"
+
+namespace merl::app {
+
+// How pairs and configurations appear in summaries, for people and for machines.
+
+/// A pair as one reads it: "chrome | steel".
+std::string pair_text(const std::vector<std::string>& names, std::uint32_t index);
+
+/// The materials of a configuration and its agreement.
+nlohmann::ordered_json configuration_json(const std::vector<std::string>& names,
+                                          const scan::Configuration& configuration);
+
+/// The five classes of configurations.
+nlohmann::ordered_json counts_json(const scan::Counts& counts);
+
+/// How they were counted.
+std::string counted_by(bool streamed);
+
+/// The text of a JSON file. Replaces what is no UTF-8, so that a strict reader reads it.
+std::string json_text(const nlohmann::ordered_json& json);
+
+}  // namespace merl::app

@@ -1,0 +1,228 @@
+#include "app/obtain_distances.h"
+
+#include <fmt/format.h>
+#include <xxhash.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <utility>
+
+#include "app/commands.h"
+#include "app/open_metrics.h"
+#include "app/options.h"
+#include "app/progress.h"
+#include "app/stopwatch.h"
+#include "app/terminal.h"
+#include "engine/device/context.h"
+#include "engine/error.h"
+#include "engine/reflectance/distances.h"
+#include "scan/input.h"
+
+namespace merl::app {
+namespace {
+
+using nlohmann::ordered_json;
+
+ordered_json database_json(const reflectance::Database& database,
+                           const reflectance::DistanceResult& computed) {
+    ordered_json negative = ordered_json::object();
+    ordered_json negative_above = ordered_json::object();
+    for (std::size_t m = 0; m < database.materials().size(); ++m) {
+        const std::string name = as_utf8(database.materials()[m]);
+        negative[name] = computed.counts[m].negative;
+        negative_above[name] = computed.counts[m].negative_above_horizon;
+    }
+    const auto& grid = database.grid();
+    return {
+        {"database",
+         {{"name", as_utf8(database.name())},
+          {"kind", database.kind()},
+          {"content_hash", computed.content_hash},
+          {"grid", {{"theta_h", grid.theta_h}, {"theta_d", grid.theta_d}, {"phi_d", grid.phi_d}}}}},
+        {"samples_per_material", grid.voxels()},
+        {"samples_above_horizon", computed.voxels},
+        {"negative_samples", negative},
+        {"negative_samples_above_horizon", negative_above}};
+}
+
+ordered_json device_json(const device::Context& context,
+                         const reflectance::DistanceResult& computed) {
+    const auto& s = computed.seconds;
+    return {{"device",
+             {{"name", context.info().name},
+              {"kind", context.info().kind},
+              {"driver", context.info().driver},
+              {"vulkan", context.info().vulkan},
+              {"peak_bytes", context.peak_allocated_bytes()},
+              {"slabs", computed.plan.slabs}}},
+            {"distance_seconds",
+             {{"kernels", s.kernels},
+              {"reading", s.reading},
+              {"device_transform", s.transform},
+              {"device_difference", s.difference},
+              {"waiting", s.waiting},
+              {"adding", s.adding}}}};
+}
+
+void require_metrics(std::size_t found, const MetricNeeds& needs) {
+    if (found >= needs.least && found <= needs.most) {
+        return;
+    }
+    const auto expected = needs.least == needs.most ? fmt::format("{} metrics", needs.least)
+                          : found < needs.least     ? fmt::format("{} metrics or more", needs.least)
+                                                : fmt::format("{} metrics or fewer", needs.most);
+    throw Error(Fault::usage, fmt::format("--metrics: found {}; expected {}, like cwcbrt,pawcielab",
+                                          found, expected));
+}
+
+ordered_json metric_json(const reflectance::Metric& metric) {
+    const auto& header = metric.header;
+    ordered_json parameters = ordered_json::object();
+    for (std::size_t p = 0; p < header.parameters.size(); ++p) {
+        parameters[header.parameters[p].name] = metric.parameters[p];
+    }
+    return {{"name", as_utf8(metric.name)},       {"title", as_utf8(header.title)},
+            {"formula", as_utf8(header.formula)}, {"source", as_utf8(header.source)},
+            {"note", as_utf8(header.note)},       {"parameters", parameters}};
+}
+
+ObtainedDistances compute(const DistanceOptions& options, const MetricNeeds& needs, bool quiet) {
+    ObtainedDistances result;
+    result.opened =
+        open_metrics(split_list(options.metrics.value_or(needs.from_database), "--metrics"),
+                     options.device);
+    for (const auto& metric : result.opened) {
+        result.metrics.push_back(&metric);
+    }
+    require_metrics(result.metrics.size(), needs);
+    result.database = open_database(options.database);
+    const auto& database = *result.database;
+    Stopwatch watch;
+    device::Context context({.device = options.device});
+    result.device_seconds = watch.lap();
+    Progress progress("distances", quiet);
+    auto computed =
+        reflectance::compute_distances(context, database, result.metrics,
+                                       {.memory_bytes = options.memory,
+                                        .progress = [&](double share) { progress.update(share); }});
+    result.distance_seconds = watch.lap();
+    result.table.names = database.materials();
+    for (std::size_t m = 0; m < result.metrics.size(); ++m) {
+        result.described_metrics.push_back(metric_json(*result.metrics[m]));
+        result.table.metrics.push_back({result.metrics[m]->name,
+                                        std::move(computed.distances[m].values),
+                                        std::move(computed.distances[m].bounds)});
+    }
+    result.source = database_json(database, computed);
+    result.device = device_json(context, computed);
+    result.source_lines = {{"database", fmt::format("{}, {}", database.name(), database.kind())},
+                           {"materials", fmt::format("{}, of {} samples each",
+                                                     fmt::group_digits(result.table.materials()),
+                                                     fmt::group_digits(database.grid().voxels()))}};
+    result.device_lines = {{"device", fmt::format("{} ({}), {}", context.info().name,
+                                                  context.info().kind, context.info().driver)}};
+    return result;
+}
+
+ObtainedDistances read(const DistanceOptions& options, const MetricNeeds& needs, bool quiet) {
+    ObtainedDistances result;
+    Stopwatch watch;
+    const std::string metrics = options.metrics.value_or("all");
+    const auto columns =
+        metrics == "all" ? std::vector<std::string>() : split_list(metrics, "--metrics");
+    if (!columns.empty()) {
+        require_metrics(columns.size(), needs);
+    }
+    Progress progress("reading", quiet);
+    const std::string text = scan::read_input(options.distances);
+    result.table = scan::parse_distance_table(text, options.distances, columns,
+                                              [&](double share) { progress.update(share); });
+    require_metrics(result.table.metrics.size(), needs);
+    for (const auto& column : result.table.metrics) {
+        result.described_metrics.push_back({{"name", as_utf8(column.metric)}});
+    }
+    const auto hash = XXH3_128bits(text.data(), text.size());
+    result.distance_seconds = watch.lap();
+    result.source = {{"distances",
+                      {{"file", as_utf8(options.distances)},
+                       {"content_hash", fmt::format("{:016x}{:016x}", hash.high64, hash.low64)}}}};
+    result.source_lines = {
+        {"distances", options.distances + ", taken as exact"},
+        {"materials", fmt::format("{}", fmt::group_digits(result.table.materials()))}};
+    return result;
+}
+
+}  // namespace
+
+CLI::Option* add_distance_options(CLI::App& command, DistanceOptions& options,
+                                  const MetricNeeds& needs) {
+    auto* database =
+        command
+            .add_option("--database", options.database,
+                        "A directory of MERL .binary files (default: the built-in stand-in "
+                        "database)")
+            ->transform(not_empty());
+    auto* distances =
+        command
+            .add_option(
+                "--distances", options.distances,
+                "A CSV file of distances to use instead: material_a,material_b and a column "
+                "per metric")
+            ->transform(not_empty());
+    command.add_option("--metrics", options.metrics,
+                       fmt::format("Metrics, separated by commas, or all (default: {}); with "
+                                   "--distances its columns (default: all)",
+                                   needs.from_database));
+    auto* device =
+        command.add_option("--device", options.device,
+                           "A Vulkan device by number or part of its name (default: the best)");
+    auto* memory =
+        command.add_option("--memory", options.memory, "Bound on device memory, like 512M or 2G")
+            ->transform(byte_count())
+            ->default_str("1G");
+    command.add_option("--threads", options.threads, "Processor threads (default: all)")
+        ->transform(whole_number(1, 4096));
+    for (auto* other : {database, device, memory}) {
+        distances->excludes(other);
+    }
+    return distances;
+}
+
+std::vector<std::string> split_list(const std::string& list, const std::string& option) {
+    std::vector<std::string> parts;
+    for (std::size_t begin = 0; begin <= list.size();) {
+        const std::size_t end = std::min(list.find(',', begin), list.size());
+        const std::string part = list.substr(begin, end - begin);
+        if (part.empty()) {
+            throw Error(Fault::usage,
+                        fmt::format("{}: found an empty name in \"{}\"; expected names separated "
+                                    "by commas",
+                                    option, list));
+        }
+        if (std::ranges::find(parts, part) != parts.end()) {
+            throw Error(
+                Fault::usage,
+                fmt::format("{}: found \"{}\" twice; expected different names", option, part));
+        }
+        parts.push_back(part);
+        begin = end + 1;
+    }
+    return parts;
+}
+
+std::unique_ptr<tbb::global_control> limit_threads(unsigned threads) {
+    if (threads == 0) {
+        return nullptr;
+    }
+    // lavapipe computes on threads of its own; whoever bounds ours means those too.
+    ::setenv("LP_NUM_THREADS", std::to_string(threads).c_str(), 0);
+    return std::make_unique<tbb::global_control>(tbb::global_control::max_allowed_parallelism,
+                                                 threads);
+}
+
+ObtainedDistances obtain_distances(const DistanceOptions& options, const MetricNeeds& needs,
+                                   bool quiet) {
+    return options.distances.empty() ? compute(options, needs, quiet) : read(options, needs, quiet);
+}
+
+}  // namespace merl::app

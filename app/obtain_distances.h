@@ -1,0 +1,82 @@
+#pragma once
+
+#include <tbb/global_control.h>
+
+#include <CLI/CLI.hpp>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "engine/reflectance/database.h"
+#include "engine/reflectance/metric.h"
+#include "scan/distance_table.h"
+
+namespace merl::app {
+
+/// The options of every command that needs distances: where from, under which metrics, computed
+/// with what.
+struct DistanceOptions {
+    std::string database;                // a directory; the built-in database when empty
+    std::string distances;               // a table to read instead
+    std::optional<std::string> metrics;  // separated by commas, or "all"
+    std::string device;
+    std::uint64_t memory = 1ULL << 30U;
+    unsigned threads = 0;  // 0: as many as there are processors
+};
+
+/// The metrics that a command works with.
+struct MetricNeeds {
+    std::string from_database;  // what --metrics is without the option; a table gives all it has
+    std::size_t least = 1;
+    std::size_t most = 1000;
+};
+
+/// Adds --database, --distances, --metrics, --device, --memory and --threads to a command. Returns
+/// --distances.
+CLI::Option* add_distance_options(CLI::App& command, DistanceOptions& options,
+                                  const MetricNeeds& needs);
+
+/// The parts of a comma-separated list, in order. Throws Error (usage) when one is empty or occurs
+/// twice; `option` is the option's name in that.
+std::vector<std::string> split_list(const std::string& list, const std::string& option);
+
+/// Bounds the processor threads of the program, those of a device on the processor included, as
+/// long as the result lives; 0 is no bound.
+std::unique_ptr<tbb::global_control> limit_threads(unsigned threads);
+
+/// Distances, and where they are from.
+struct ObtainedDistances {
+    scan::DistanceTable table;  // bounds are empty when it was read: its numbers count as exact
+
+    // Null and empty when the table was read; otherwise what can recompute a distance.
+    std::unique_ptr<reflectance::Database> database;
+    std::vector<reflectance::Metric> opened;
+    std::vector<const reflectance::Metric*> metrics;  // those opened, in order
+
+    /// Per metric: its name, and of a computed one title, formula, source, note and
+    /// parameters (name and value of each).
+    nlohmann::ordered_json described_metrics = nlohmann::ordered_json::array();
+    /// For the summary: what is known of the database or the table, the parts of the distance stage
+    /// and the device.
+    nlohmann::ordered_json source = nlohmann::ordered_json::object();
+    nlohmann::ordered_json device = nlohmann::ordered_json::object();
+    /// For people: title and text of a line each, of the source and of the device.
+    std::vector<std::pair<std::string, std::string>> source_lines;
+    std::vector<std::pair<std::string, std::string>> device_lines;
+
+    double device_seconds = 0;    // opening the device
+    double distance_seconds = 0;  // computing or reading
+};
+
+/// Computes the distances on a device, every material read once for all metrics, or reads the
+/// table. Shows progress unless `quiet`. Throws Error (usage when there are not as many metrics as
+/// needed, input, device), scan::InputError and Interrupted.
+ObtainedDistances obtain_distances(const DistanceOptions& options, const MetricNeeds& needs,
+                                   bool quiet);
+
+}  // namespace merl::app

@@ -1,0 +1,77 @@
+#include "scan/input.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+
+namespace merl::scan {
+namespace {
+
+/// An open file that closes itself.
+class File {
+  public:
+    explicit File(const std::string& path)
+        // Non-blocking, so that a FIFO is refused and not waited for.
+        : path_(path), descriptor_(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK)) {
+        if (descriptor_ < 0) {
+            fail(fmt::format("cannot be opened: {}", std::strerror(errno)));
+        }
+    }
+    ~File() { ::close(descriptor_); }
+    File(const File&) = delete;
+    File& operator=(const File&) = delete;
+
+    std::uint64_t bytes() const {
+        struct stat status = {};
+        if (::fstat(descriptor_, &status) != 0 || !S_ISREG(status.st_mode)) {
+            fail("is not a regular file");
+        }
+        return static_cast<std::uint64_t>(status.st_size);
+    }
+
+    void read(std::string& text) const {
+        std::size_t have = 0;
+        while (have < text.size()) {
+            const auto got = ::read(descriptor_, text.data() + have, text.size() - have);
+            if (got < 0 && errno == EINTR) {
+                continue;
+            }
+            if (got <= 0) {
+                fail(got < 0 ? fmt::format("cannot be read: {}", std::strerror(errno))
+                             : fmt::format("ends at byte {} while it is read; it had {} bytes",
+                                           have, text.size()));
+            }
+            have += static_cast<std::size_t>(got);
+        }
+    }
+
+    [[noreturn]] void fail(const std::string& what) const {
+        throw InputError(fmt::format("{}: {}", path_, what));
+    }
+
+  private:
+    const std::string& path_;
+    int descriptor_;
+};
+
+}  // namespace
+
+std::string read_input(const std::string& path) {
+    const File file(path);
+    const std::uint64_t bytes = file.bytes();
+    if (bytes == 0) {
+        file.fail("is empty");
+    }
+    if (bytes > max_input_bytes) {
+        file.fail(fmt::format("has {} bytes; expected {} or fewer", bytes, max_input_bytes));
+    }
+    std::string text(bytes, '\0');
+    file.read(text);
+    return text;
+}
+
+}  // namespace merl::scan

@@ -1,0 +1,119 @@
+"""Distances from elsewhere: merl-scan scan on a table instead of a database."""
+
+import csv
+import random
+
+import reference
+import support
+from support import INPUT, USAGE, Case, read_csv, read_json, write_database
+
+
+def write_table(path, metrics, materials, value, header=("material_a", "material_b")):
+    """A table of all pairs in a random order and orientation; returns its pairs in pair order, as
+    (name, name, distance ...)."""
+    names = sorted(materials, key=lambda name: name.encode())
+    pairs = [(a, b, *(value(metric) for metric in metrics))
+             for i, a in enumerate(names) for b in names[i + 1 :]]
+    shuffled = random.Random(1).sample(pairs, len(pairs))
+    with open(path, "w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file)
+        writer.writerow([*header, *metrics])
+        for number, (a, b, *distances) in enumerate(shuffled):
+            writer.writerow([*((b, a) if number % 2 else (a, b)), *distances])
+    return pairs
+
+
+class Tables(Case):
+    def setUp(self):
+        super().setUp()
+        self.random = random.Random(4)
+
+    def number(self, _):
+        return self.random.lognormvariate(0, 1)
+
+    def assert_decisions(self, results, pairs):
+        ranked = reference.disagreements(pairs)
+        rows = read_csv(results / "disagreements.csv")[1]
+        self.assertEqual(
+            [row[:4] + [float(x) for x in row[4:]] for row in rows],
+            [[*l[:2], *r[:2], l[2], r[2], l[3], r[3], agreement] for l, r, agreement in ranked])
+        chosen = reference.selection(ranked, 100, 10)
+        self.assertEqual([row[1:5] for row in read_csv(results / "selection.csv")[1]],
+                         [[*l[:2], *r[:2]] for l, r, _ in chosen])
+        self.assertEqual(read_json(results / "summary.json")["disagreements"], len(ranked))
+
+    def test_two_columns(self):
+        names = ["chrome", "=1+1", 'a "quoted", name', "ä", "Z"]
+        pairs = write_table(self.work / "t.csv", ["net", "image"], names, self.number)
+        results = self.scan("--distances", "t.csv")
+        self.assert_decisions(results, pairs)
+        header, rows = read_csv(results / "pairs.csv")
+        self.assertEqual(header, ["material_1", "material_2", "net", "image"])
+        self.assertEqual([(*r[:2], float(r[2]), float(r[3])) for r in rows], pairs)
+        summary = read_json(results / "summary.json")
+        self.assertEqual(summary["distances"]["file"], "t.csv")
+        self.assertRegex(summary["distances"]["content_hash"], "^[0-9a-f]{32}$")
+        self.assertEqual((summary["exact"], summary["undecided_in_float32"]), (True, 0))
+        for absent in "database", "device", "samples_per_material":
+            self.assertNotIn(absent, summary)
+
+    def test_named_columns(self):
+        write_table(self.work / "t.csv", ["x", "y", "z"], "abcdef", self.number)
+        _, rows = read_csv(self.work / "t.csv")
+        results = self.scan("--distances", "t.csv", "--metrics", "z,x")
+        pairs = sorted((*sorted(row[:2]), float(row[4]), float(row[2])) for row in rows)
+        self.assert_decisions(results, pairs)
+        self.assertEqual(read_json(results / "summary.json")["metrics"], ["z", "x"])
+
+        def refuse(status, words, *options):
+            self.assert_refused(status, words, "scan", "--distances", "t.csv", "--out", "new",
+                                *options)
+
+        refuse(USAGE, ["found 3", "2 metrics"])
+        refuse(USAGE, ["found 3", "2 metrics"], "--metrics", "all")
+        refuse(USAGE, ["found 1", "2 metrics"], "--metrics", "x")
+        refuse(INPUT, ["t.csv", "\"w\"", "x, y, z"], "--metrics", "x,w")
+
+    def test_ties(self):
+        pairs = write_table(self.work / "t.csv", ["x", "y"], "abcdefgh",
+                            lambda _: self.random.randrange(1, 5))
+        self.assert_decisions(self.scan("--distances", "t.csv"), pairs)
+
+    def test_the_pairs_of_a_scan_give_its_decisions(self):
+        write_database(self.work / "db", 9)
+        computed = self.scan("--database", "db", out="computed")
+        read = self.scan("--distances", computed / "pairs.csv", out="read")
+        for name in "disagreements.csv", "selection.csv":
+            self.assertEqual((computed / name).read_bytes(), (read / name).read_bytes())
+
+    def test_what_is_printed(self):
+        write_table(self.work / "t.csv", ["x", "y"], "abcd", self.number)
+        output = self.assert_success("scan", "--distances", "t.csv", "--out", "out")
+        self.assertRegex(output, r"(?m)^distances +t\.csv")
+        self.assertRegex(output, r"(?m)^materials +4$")
+        self.assertNotRegex(output, r"(?m)^(device|database|refined)")
+
+    def test_tables_that_are_wrong(self):
+        header = "material_a,material_b,x,y\n"
+        for text, words in (
+            ("", ["is empty"]),
+            (header, ["line 1", "no pair"]),
+            (header + "a,b,1,2\nb,c,1,2\n", ["missing", '"a" and "c"']),
+            (header + "a,b,1,2\nb,a,1,2\n", ["line 3", "line 2"]),
+            (header + "a,a,1,2\n", ["line 2", "itself"]),
+            (header + "a,b,nan,2\n", ["line 2", "x", "nan"]),
+            (header + "a,b,1,-2\n", ["line 2", "y", "-2"]),
+            (header + "a,b,1\n", ["line 2", "3 fields"]),
+            (header + "a,\x1b[31m,1\n", ["line 2"]),
+            ("<html>\n", ["line 1", "material_a"]),
+        ):
+            with self.subTest(text):
+                (self.work / "t.csv").write_text(text)
+                self.assert_refused(INPUT, ["t.csv", *words], "scan", "--distances", "t.csv",
+                                    "--out", "out")
+        self.assert_refused(INPUT, ["absent.csv"], "scan", "--distances", "absent.csv",
+                            "--out", "out")
+
+
+if __name__ == "__main__":
+    support.main()
