@@ -1,8 +1,8 @@
 #include "scan/choice_model.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
 
 namespace merl::scan {
 namespace {
@@ -40,23 +40,18 @@ double log_probability(double t) {
     return std::min(t, 0.0) - std::log1p(std::exp(-std::abs(t)));
 }
 
-/// Where the derivative changes its sign, from `slope` on; there is exactly one such place.
+/// Where the derivative is 0, by Newton's method from a guess. Requires that there is such a place.
+/// The curvature is greatest at 0 and falls to both sides, so from 0 on the steps approach the root
+/// without ever passing it; a guess beyond the root first steps back, at worst past 0.
 double find_root(std::span<const WeightedChoices> data, double slope) {
-    double low = -infinity;  // the gradient is positive here
-    double high = infinity;  // and negative here
-    for (int step = 0; step < 200; ++step) {
+    for (int step = 0; step < 100; ++step) {
         const auto [gradient, curvature] = derivatives(data, slope);
         if (gradient == 0) {
             break;
         }
-        (gradient > 0 ? low : high) = slope;
         double next = slope + gradient / curvature;
-        if (!(next > low && next < high)) {
-            // No curvature left this far out, or a step too far: halve, or come back towards 0.
-            next = std::isfinite(low) && std::isfinite(high) ? low + (high - low) / 2 : slope / 2;
-        }
-        if (!(next > low && next < high)) {
-            break;  // nothing between
+        if (slope != 0 && !(std::isfinite(next) && next * slope > 0)) {
+            next = 0;
         }
         const double moved = std::abs(next - slope);
         slope = next;

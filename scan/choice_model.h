@@ -26,7 +26,7 @@ struct ChoiceModel {
     double log_likelihood;  ///< natural logarithm, all votes together
 };
 
-/// The slope of greatest likelihood, by Newton's method kept within a bracket. Where every vote at
+/// The slope of greatest likelihood, by Newton's method. Where every vote at
 /// log_ratio > 0 is with the metric the slope is infinity (and -infinity where all are against it),
 /// with the likelihood's limit; where there is no such vote the slope is 0. `start` is a guess.
 ChoiceModel fit_choice_model(std::span<const WeightedChoices> data, double start = 0);
