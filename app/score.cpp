@@ -3,8 +3,10 @@
 #include <fmt/format.h>
 #include <xxhash.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <filesystem>
 #include <limits>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -160,9 +162,12 @@ std::string cluster_text(const scan::Judgements& judgements) {
 }
 
 std::string judgements_text(const Outcome& o) {
-    return fmt::format("{}, {} untied; {} votes, {} of them equal",
-                       fmt::group_digits(o.score.judgements), fmt::group_digits(o.score.untied),
-                       fmt::group_digits(o.score.votes), fmt::group_digits(o.score.equal_votes));
+    return fmt::format(
+        "{} configurations, {} with a majority; {} votes{}", fmt::group_digits(o.score.judgements),
+        fmt::group_digits(o.score.untied), fmt::group_digits(o.score.votes),
+        o.score.equal_votes == 0
+            ? ""
+            : fmt::format(", {} of them equal", fmt::group_digits(o.score.equal_votes)));
 }
 
 void print(const std::string& text) {
@@ -202,11 +207,19 @@ void print_metrics(const scan::Score& score) {
                           estimate_text(metric.majorities), estimate_text(metric.votes),
                           estimate_text(metric.slope), estimate_text(metric.log_likelihood)));
     }
+}
+
+/// The metrics whose bounds leave judgements open, with how many.
+void print_undecided(const scan::Score& score) {
+    std::string text;
     for (const auto& metric : score.metrics) {
         if (metric.undecided > 0) {
-            print(fmt::format("{}: the order of {} judgements is closer than float32 can tell",
-                              metric.name, metric.undecided));
+            text += fmt::format("{}{} {}", text.empty() ? "" : ", ", metric.name,
+                                fmt::group_digits(metric.undecided));
         }
+    }
+    if (!text.empty()) {
+        print_line_of("undecided", text + ": configurations, closer than float32 can tell");
     }
 }
 
@@ -235,7 +248,8 @@ void print_pairs(const scan::Score& score) {
 }
 
 void print_summary(const Options& options, const Outcome& o) {
-    print_line_of("judgements", judgements_text(o));
+    print_line_of("judgements", fmt::format("{}, {}", options.judgements, o.format));
+    print_line_of("", judgements_text(o));
     print_unknown(o.judgements);
     for (const auto& [name, text] : o.obtained.source_lines) {
         print_line_of(name, text);
@@ -244,6 +258,7 @@ void print_summary(const Options& options, const Outcome& o) {
     print_line_of("intervals", fmt::format("95 %, {} bootstrap samples of {}, seed {}",
                                            fmt::group_digits(options.bootstrap.replicates),
                                            cluster_text(o.judgements), options.bootstrap.seed));
+    print_undecided(o.score);
     for (const auto& [name, text] : o.obtained.device_lines) {
         print_line_of(name, text);
     }
@@ -297,7 +312,8 @@ int run(const Options& options) {
     throw_if_interrupted();
     out.write("score.csv", [&](int f) { scan::write_scores(f, o.score); });
     out.write("score_pairs.csv", [&](int f) { scan::write_pair_scores(f, o.score); });
-    const std::string subtitle = fmt::format("{}: {}", options.judgements, judgements_text(o));
+    const auto name = std::filesystem::path(options.judgements).filename().string();
+    const std::string subtitle = fmt::format("{}: {}", name, judgements_text(o));
     out.write("score.svg", [&](int f) { scan::write_all(f, score_svg(o.score, subtitle)); });
     const std::string summary = summary_json(options, o);
     out.write("summary.json", [&](int f) { scan::write_all(f, summary); });

@@ -16,7 +16,7 @@ namespace merl::app {
 namespace {
 
 constexpr double kRow = 26;     // height of a metric
-constexpr double kTop = 104;    // above the first
+constexpr double kTop = 116;    // above the first
 constexpr double kBottom = 58;  // below the last
 constexpr double kPanel = 220;  // width of a scale
 constexpr double kFigure = 58;  // width of the figures beside it
@@ -223,8 +223,8 @@ std::string score_svg(const scan::Score& score, const std::string& subtitle) {
         "height=\"{1:.0f}\" viewBox=\"0 0 {0:.0f} {1:.0f}\">\n"
         "<title>How well metrics predict people</title>\n{2}"
         "<rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>\n"
-        "<text class=\"title\" x=\"{3}\" y=\"32\">How well metrics predict people</text>\n"
-        "<text class=\"subtitle\" x=\"{3}\" y=\"52\">{4}</text>\n",
+        "<text class=\"title\" x=\"{3}\" y=\"34\">How well metrics predict people</text>\n"
+        "<text class=\"subtitle\" x=\"{3}\" y=\"56\">{4}</text>\n",
         width, height, kStyle, kMargin, escaped(subtitle));
     for (std::size_t row = 0; row < order.size(); ++row) {
         const std::string& name = score.metrics[order[row]].name;

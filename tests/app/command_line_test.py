@@ -4,7 +4,7 @@ import support
 from support import USAGE, Case, write_database
 
 COMMANDS = [], ["scan"], ["compare"], ["devices"], ["database"], ["database", "info"], \
-    ["database", "write"], ["verify"], ["slices"]
+    ["database", "write"], ["verify"], ["slices"], ["score"]
 
 
 class Help(Case):
