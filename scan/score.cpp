@@ -184,9 +184,7 @@ Sampled sample(const Prediction& prediction, const BootstrapOptions& options,
             const auto times = resample(options.seed, static_cast<std::uint32_t>(i), clusters);
             result.samples[i] = figures_of(prediction, times, result.actual.slope);
         });
-        if (progress) {
-            progress(static_cast<double>(end) / static_cast<double>(result.samples.size()));
-        }
+        progress(static_cast<double>(end) / static_cast<double>(result.samples.size()));
     }
     return result;
 }
@@ -284,19 +282,25 @@ Score score(const Judgements& judgements, std::span<const ScoredMetric> metrics,
         result.votes += judgement.votes();
         result.equal_votes += judgement.votes_equal;
     }
-    const Sampled best = sample(predict_best(judgements), options, {});
+    // The best prediction is one part of the work, and each metric is one.
+    std::size_t done = 0;
+    const auto sampled_part = [&](const Prediction& prediction) {
+        auto part = sample(prediction, options, [&](double share) {
+            if (progress) {
+                progress((static_cast<double>(done) + share) /
+                         static_cast<double>(metrics.size() + 1));
+            }
+        });
+        ++done;
+        return part;
+    };
+    const Sampled best = sampled_part(predict_best(judgements));
     result.ceiling = best.estimate(&Figures::votes);
     result.ceiling_log_likelihood = best.estimate(&Figures::log_likelihood_per_vote);
 
     std::vector<Sampled> sampled;
     for (const auto& metric : metrics) {
-        const auto done = static_cast<double>(sampled.size());
-        const auto count = static_cast<double>(metrics.size());
-        sampled.push_back(sample(predict(judgements, metric), options, [&](double share) {
-            if (progress) {
-                progress((done + share) / count);
-            }
-        }));
+        sampled.push_back(sampled_part(predict(judgements, metric)));
         result.metrics.push_back(metric_score(judgements, metric, sampled.back()));
     }
     result.pairs = pair_scores(judgements, metrics, sampled);
