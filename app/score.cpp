@@ -10,17 +10,20 @@
 #include <limits>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <numeric>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "app/commands.h"
+#include "app/describe.h"
 #include "app/exit_status.h"
 #include "app/interrupt.h"
 #include "app/obtain_distances.h"
 #include "app/options.h"
 #include "app/output_directory.h"
 #include "app/progress.h"
+#include "app/refine.h"
 #include "app/score_plot.h"
 #include "app/stopwatch.h"
 #include "app/terminal.h"
@@ -53,8 +56,9 @@ struct Seconds {
     double judgements = 0;
     double device = 0;
     double distances = 0;
+    double refine = 0;
     double score = 0;
-    double total() const { return judgements + device + distances + score; }
+    double total() const { return judgements + device + distances + refine + score; }
 };
 
 struct Outcome {
@@ -62,6 +66,7 @@ struct Outcome {
     std::string content_hash;
     scan::Judgements judgements;
     ObtainedDistances obtained;
+    std::vector<std::uint64_t> refined;  // distances recomputed in float64, by metric
     scan::Score score;
     Seconds seconds;
 };
@@ -99,8 +104,9 @@ std::string summary_json(const Options& options, const Outcome& o) {
         unknown[as_utf8(name)] = rows;
     }
     ordered_json metrics = ordered_json::array();
-    for (const auto& metric : o.score.metrics) {
-        metrics.push_back(metric_json(metric));
+    for (std::size_t m = 0; m < o.score.metrics.size(); ++m) {
+        metrics.push_back(metric_json(o.score.metrics[m]));
+        metrics.back()["refined_distances"] = o.refined.empty() ? 0 : o.refined[m];
     }
     ordered_json json = {{"program", {{"name", "merl-scan"}, {"version", kVersion}}},
                          {"judgements",
@@ -132,12 +138,10 @@ std::string summary_json(const Options& options, const Outcome& o) {
                        {"memory_bytes", options.distances.memory},
                        {"threads", options.distances.threads}}}});
     json.update(o.obtained.device);
-    json["seconds"] = {{"judgements", o.seconds.judgements},
-                       {"device", o.seconds.device},
-                       {"distances", o.seconds.distances},
-                       {"score", o.seconds.score},
-                       {"total", o.seconds.total()}};
-    return json.dump(2) + "\n";
+    json["seconds"] = {{"judgements", o.seconds.judgements}, {"device", o.seconds.device},
+                       {"distances", o.seconds.distances},   {"refine", o.seconds.refine},
+                       {"score", o.seconds.score},           {"total", o.seconds.total()}};
+    return json_text(json);
 }
 
 std::string number_text(double value) {
@@ -209,17 +213,21 @@ void print_metrics(const scan::Score& score) {
     }
 }
 
-/// The metrics whose bounds leave judgements open, with how many.
-void print_undecided(const scan::Score& score) {
-    std::string text;
-    for (const auto& metric : score.metrics) {
-        if (metric.undecided > 0) {
-            text += fmt::format("{}{} {}", text.empty() ? "" : ", ", metric.name,
-                                fmt::group_digits(metric.undecided));
-        }
+/// What the bounds of float32 left open, and what became of it.
+void print_precision(const Outcome& o) {
+    const std::uint64_t refined =
+        std::accumulate(o.refined.begin(), o.refined.end(), std::uint64_t{0});
+    if (refined > 0) {
+        print_line_of("refined", fmt::format("{} distances in float64, on which predictions rest",
+                                             fmt::group_digits(refined)));
     }
-    if (!text.empty()) {
-        print_line_of("undecided", text + ": configurations, closer than float32 can tell");
+    for (const auto& metric : o.score.metrics) {
+        if (metric.undecided > 0) {
+            print_line_of("undecided",
+                          fmt::format("{}: {} configurations, computed in float32 without a bound "
+                                      "that tells",
+                                      metric.name, fmt::group_digits(metric.undecided)));
+        }
     }
 }
 
@@ -258,15 +266,15 @@ void print_summary(const Options& options, const Outcome& o) {
     print_line_of("intervals", fmt::format("95 %, {} bootstrap samples of {}, seed {}",
                                            fmt::group_digits(options.bootstrap.replicates),
                                            cluster_text(o.judgements), options.bootstrap.seed));
-    print_undecided(o.score);
+    print_precision(o);
     for (const auto& [name, text] : o.obtained.device_lines) {
         print_line_of(name, text);
     }
     const auto& s = o.seconds;
     print_line_of("seconds",
                   fmt::format("{:.2f}: judgements {:.2f}, device {:.2f}, distances {:.2f}, "
-                              "score {:.2f}",
-                              s.total(), s.judgements, s.device, s.distances, s.score));
+                              "refine {:.2f}, score {:.2f}",
+                              s.total(), s.judgements, s.device, s.distances, s.refine, s.score));
     print_line_of("results", options.out);
     print_metrics(o.score);
     print_pairs(o.score);
@@ -307,6 +315,13 @@ int run(const Options& options) {
     o.seconds.distances = o.obtained.distance_seconds;
     watch.lap();
     o.judgements = scan::resolve_judgements(file, o.obtained.table.names);
+    if (o.obtained.database) {
+        Progress progress("refining", options.quiet);
+        o.refined =
+            refine_judged(o.obtained.table, o.judgements, *o.obtained.database, o.obtained.metrics,
+                          [&](double share) { progress.update(share); });
+    }
+    o.seconds.refine = watch.lap();
     o.score = compute_score(options, o);
     o.seconds.score = watch.lap();
     throw_if_interrupted();

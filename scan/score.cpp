@@ -79,6 +79,18 @@ double smallest_positive(std::span<const double> distances) {
     return smallest;
 }
 
+double bound_of(const ScoredMetric& metric, const Judgement& judgement) {
+    return metric.bounds.empty() ? 0
+                                 : metric.bounds[judgement.left] + metric.bounds[judgement.right];
+}
+
+/// Whether the exact distances may be in another order than those that there are.
+bool is_undecided(const ScoredMetric& metric, const Judgement& judgement) {
+    const double bound = bound_of(metric, judgement);
+    return bound > 0 &&
+           std::abs(metric.distances[judgement.left] - metric.distances[judgement.right]) <= bound;
+}
+
 Choice choice_of(const Judgement& judgement, std::span<const double> distances, double floor) {
     auto [with, against] = halves(judgement);
     const double left = std::max(distances[judgement.left], floor);
@@ -205,10 +217,7 @@ MetricScore metric_score(const Judgements& judgements, const ScoredMetric& metri
         const double right = metric.distances[judgement.right];
         result.ties += left == right ? 1 : 0;
         result.zero_distances += (left == 0) != (right == 0) ? 1 : 0;
-        if (!metric.bounds.empty()) {
-            const double bound = metric.bounds[judgement.left] + metric.bounds[judgement.right];
-            result.undecided += bound > 0 && std::abs(left - right) <= bound ? 1 : 0;
-        }
+        result.undecided += is_undecided(metric, judgement) ? 1 : 0;
     }
     return result;
 }
@@ -272,6 +281,23 @@ std::vector<PairScore> pair_scores(const Judgements& judgements,
 }
 
 }  // namespace
+
+std::vector<std::uint32_t> open_pairs(const Judgements& judgements, const ScoredMetric& metric) {
+    std::vector<std::uint32_t> pairs;
+    for (const auto& judgement : judgements.list) {
+        if (is_undecided(metric, judgement) && std::isfinite(bound_of(metric, judgement))) {
+            for (const std::uint32_t pair : {judgement.left, judgement.right}) {
+                if (metric.bounds[pair] > 0) {
+                    pairs.push_back(pair);
+                }
+            }
+        }
+    }
+    std::ranges::sort(pairs);
+    const auto repeated = std::ranges::unique(pairs);
+    pairs.erase(repeated.begin(), repeated.end());
+    return pairs;
+}
 
 Score score(const Judgements& judgements, std::span<const ScoredMetric> metrics,
             const BootstrapOptions& options, const std::function<void(double share)>& progress) {

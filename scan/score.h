@@ -59,6 +59,11 @@ struct Score {
     std::vector<PairScore> pairs;  ///< (0,1), (0,2) ... (1,2) ...
 };
 
+/// The pairs of materials, ascending, whose inexact distances leave the order of a judgement's two
+/// pairs open. Where a metric has an infinite bound there is no bound to speak of, and none is
+/// listed. With exact distances in their place the order is known.
+std::vector<std::uint32_t> open_pairs(const Judgements& judgements, const ScoredMetric& metric);
+
 /// Scores every metric and every pair of metrics. Nothing depends on the number of threads.
 /// `progress` is called with the share that is done, from this thread; what it throws comes out.
 Score score(const Judgements& judgements, std::span<const ScoredMetric> metrics,

@@ -203,6 +203,13 @@ TEST(Score, UndecidedByTheBounds) {
     const auto s = score(one_judgement(3, 0, 1), metrics, {.replicates = 0});
     EXPECT_EQ(s.metrics[0].undecided, 1);
     EXPECT_EQ(s.metrics[1].undecided, 0);
+    const auto open = [&](const std::vector<double>& bounds) {
+        return open_pairs(one_judgement(3, 0, 1), {"metric", distances, bounds});
+    };
+    EXPECT_EQ(open(wide), (std::vector<std::uint32_t>{0, 1}));
+    EXPECT_EQ(open({0, 0.5, 7}), (std::vector<std::uint32_t>{1}));  // the other one is exact
+    constexpr double none = std::numeric_limits<double>::infinity();
+    EXPECT_TRUE(open(narrow).empty() && open({none, none, none}).empty() && open({}).empty());
 }
 
 TEST(Score, ProgressEndsAtOneAndMayThrow) {
