@@ -231,6 +231,11 @@ void print_precision(const Outcome& o) {
     }
 }
 
+/// A p-value; one that is too small for a double comes as 0.
+std::string p_text(double p) {
+    return p < 1e-300 ? "< 1e-300" : fmt::format("= {:.2g}", p);
+}
+
 /// The best metric against every other: who is right where they disagree.
 void print_pairs(const scan::Score& score) {
     const std::size_t best = best_first(score).front();
@@ -247,10 +252,10 @@ void print_pairs(const scan::Score& score) {
                 continue;
             }
             const bool first = pair.first == best;
-            print(fmt::format("  against {}: {} to {}, p = {:.2g}", score.metrics[other].name,
+            print(fmt::format("  against {}: {} to {}, p {}", score.metrics[other].name,
                               fmt::group_digits(first ? pair.first_right : pair.second_right),
                               fmt::group_digits(first ? pair.second_right : pair.first_right),
-                              pair.p_value));
+                              p_text(pair.p_value)));
         }
     }
 }

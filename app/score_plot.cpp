@@ -57,7 +57,7 @@ std::string shortened(const std::string& utf8, std::size_t most) {
 
 std::string escaped(std::string_view text) {
     std::string result;
-    for (const char c : printable(text)) {
+    for (const char c : text) {
         switch (c) {
             case '&':
                 result += "&amp;";
@@ -78,6 +78,12 @@ std::string escaped(std::string_view text) {
     return result;
 }
 
+/// A number as print has it.
+std::string number(double value, int decimals) {
+    const std::string digits = fmt::format("{:.{}f}", std::abs(value), decimals);
+    return (value < 0 ? "−" : "") + digits;
+}
+
 /// Where numbers are on a panel, and which of them have a tick.
 class Scale {
   public:
@@ -88,7 +94,7 @@ class Scale {
         const double rough = (high_ - low_) / 4;
         const double power = std::pow(10.0, std::floor(std::log10(rough)));
         const double digit = rough / power;
-        step_ = power * (digit > 5 ? 10 : digit > 2 ? 5 : digit > 1 ? 2 : 1);
+        step_ = power * (digit > 7 ? 10 : digit > 3.5 ? 5 : digit > 1.5 ? 2 : 1);
     }
 
     double at(double value) const {
@@ -146,9 +152,9 @@ std::string panel_svg(const scan::Score& score, const std::vector<std::size_t>& 
     for (const double tick : scale.ticks()) {
         svg += fmt::format(
             "<line class=\"grid\" x1=\"{0:.1f}\" x2=\"{0:.1f}\" y1=\"0\" y2=\"{1:.1f}\"/>"
-            "<text class=\"note\" x=\"{0:.1f}\" y=\"{2:.1f}\" text-anchor=\"middle\">{3:.{4}f}"
+            "<text class=\"note\" x=\"{0:.1f}\" y=\"{2:.1f}\" text-anchor=\"middle\">{3}"
             "</text>\n",
-            scale.at(tick), height, height + 18, tick, scale.decimals());
+            scale.at(tick), height, height + 18, number(tick, scale.decimals()));
     }
     const double chance = scale.at(panel.chance);
     svg += marker(chance, height, "chance", "chance", chance < kPanel / 2 ? "start" : "end");
@@ -168,8 +174,8 @@ std::string panel_svg(const scan::Score& score, const std::vector<std::size_t>& 
             svg += fmt::format(
                 "<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"4.5\"/>"
                 "<text class=\"figure\" x=\"{:.1f}\" y=\"{:.1f}\" "
-                "text-anchor=\"end\">{:.3f}</text>\n",
-                scale.at(value), y, kPanel + kFigure - 4, y + 4, value);
+                "text-anchor=\"end\">{}</text>\n",
+                scale.at(value), y, kPanel + kFigure - 4, y + 4, number(value, 3));
         }
     }
     return svg + "</g>\n";
@@ -225,18 +231,18 @@ std::string score_svg(const scan::Score& score, const std::string& subtitle) {
         "<rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>\n"
         "<text class=\"title\" x=\"{3}\" y=\"34\">How well metrics predict people</text>\n"
         "<text class=\"subtitle\" x=\"{3}\" y=\"56\">{4}</text>\n",
-        width, height, kStyle, kMargin, escaped(subtitle));
+        width, height, kStyle, kMargin, escaped(printable(subtitle)));
     for (std::size_t row = 0; row < order.size(); ++row) {
         const std::string& name = score.metrics[order[row]].name;
         const double y = kTop + kRow * static_cast<double>(row);
         if (row % 2 == 0) {
             svg += fmt::format(
-                "<rect class=\"stripe\" x=\"{:.1f}\" y=\"{:.1f}\" width=\"{:.1f}\" height=\"{}\"/>",
+                R"(<rect class="stripe" x="{:.1f}" y="{:.1f}" width="{:.1f}" height="{}"/>)",
                 kMargin - 8, y, width - 2 * kMargin + 16, kRow);
         }
         svg += fmt::format("<text x=\"{}\" y=\"{:.1f}\">{}<title>{}</title></text>\n", kMargin,
                            y + kRow / 2 + 4.5, escaped(shortened(printable(name), kLongest)),
-                           escaped(name));
+                           escaped(printable(name)));
     }
     double left = labels;
     for (const auto& panel : panels) {

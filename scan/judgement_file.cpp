@@ -63,7 +63,7 @@ class RowReader {
         expect_different(fields, 0, 1);
         expect_different(fields, 2, 3);
         if (std::minmax(row.left_1, row.left_2) == std::minmax(row.right_1, row.right_2)) {
-            reader_.fail(fmt::format("found \"{}\" and \"{}\" on both sides; expected two pairs",
+            reader_.fail(fmt::format(R"(found "{}" and "{}" on both sides; expected two pairs)",
                                      fields[0], fields[1]));
         }
         return row;
@@ -107,7 +107,7 @@ JudgementFile parse_csv(std::string_view text, const std::string& file,
     }
     if (header != reference_header && header != configuration_header) {
         reader.fail(fmt::format(
-            "found the columns \"{}\"; expected \"{}\" or \"{}\"",
+            R"(found the columns "{}"; expected "{}" or "{}")",
             fmt::join(header.begin(),
                       header.begin() +
                           static_cast<std::ptrdiff_t>(std::min<std::size_t>(header.size(), 8)),

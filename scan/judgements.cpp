@@ -32,8 +32,7 @@ std::vector<std::uint32_t> look_up(const std::vector<std::string>& names,
 std::vector<std::uint32_t> materials_of(const NamedVotes& row) {
     std::vector<std::uint32_t> all = {row.left_1, row.left_2, row.right_1, row.right_2};
     std::ranges::sort(all);
-    const auto repeated = std::ranges::unique(all);
-    all.erase(repeated.begin(), repeated.end());
+    all.erase(std::unique(all.begin(), all.end()), all.end());
     return all;
 }
 

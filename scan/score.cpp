@@ -270,6 +270,7 @@ std::vector<PairScore> pair_scores(const Judgements& judgements,
         pairs[i] = pair_score(judgements, metrics, sampled, pairs[i].first, pairs[i].second);
     });
     std::vector<double> p_values;
+    p_values.reserve(pairs.size());
     for (const auto& pair : pairs) {
         p_values.push_back(pair.p_value);
     }
@@ -294,8 +295,7 @@ std::vector<std::uint32_t> open_pairs(const Judgements& judgements, const Scored
         }
     }
     std::ranges::sort(pairs);
-    const auto repeated = std::ranges::unique(pairs);
-    pairs.erase(repeated.begin(), repeated.end());
+    pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
     return pairs;
 }
 
