@@ -1,6 +1,7 @@
 #include "scan/score.h"
 
 #include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
 
 #include <algorithm>
 #include <cmath>
@@ -22,6 +23,7 @@ struct Sums {
 
 /// What the bootstrap needs of one metric, or of the best possible prediction.
 struct Prediction {
+    std::size_t judgements;
     std::vector<Sums> clusters;
     std::vector<std::vector<Choice>> choices;  // per cluster; none for the best prediction
     std::vector<double> log_likelihoods;       // per cluster, of the best prediction alone
@@ -104,7 +106,8 @@ Choice choice_of(const Judgement& judgement, std::span<const double> distances, 
 }
 
 Prediction predict(const Judgements& judgements, const ScoredMetric& metric) {
-    Prediction prediction;
+    Prediction prediction{
+        .judgements = judgements.list.size(), .clusters = {}, .choices = {}, .log_likelihoods = {}};
     prediction.clusters.resize(judgements.clusters);
     prediction.choices.resize(judgements.clusters);
     const double floor = smallest_positive(metric.distances);
@@ -124,7 +127,8 @@ double log_term(double x, double n) {
 
 /// The prediction that is always with the majority and knows the share of each answer.
 Prediction predict_best(const Judgements& judgements) {
-    Prediction prediction;
+    Prediction prediction{
+        .judgements = judgements.list.size(), .clusters = {}, .choices = {}, .log_likelihoods = {}};
     prediction.clusters.resize(judgements.clusters);
     prediction.log_likelihoods.resize(judgements.clusters);
     for (const auto& judgement : judgements.list) {
@@ -189,7 +193,10 @@ Sampled sample(const Prediction& prediction, const BootstrapOptions& options,
     result.actual = figures_of(prediction, std::vector<std::uint32_t>(clusters, 1), 0);
     // One cluster says nothing about how clusters differ.
     result.samples.resize(clusters < 2 ? 0 : options.replicates);
-    constexpr std::size_t at_a_time = 64;  // some hundredths of a second between interrupts
+    // Tenths of a second between interrupts, however many judgements there are.
+    const std::size_t at_a_time = std::clamp<std::size_t>(
+        2'000'000 / prediction.judgements,
+        static_cast<std::size_t>(tbb::this_task_arena::max_concurrency()), 64);
     for (std::size_t begin = 0; begin < result.samples.size(); begin += at_a_time) {
         const std::size_t end = std::min(begin + at_a_time, result.samples.size());
         tbb::parallel_for(begin, end, [&](std::size_t i) {
