@@ -86,8 +86,7 @@ ordered_json estimate_json(const scan::Estimate& estimate) {
 }
 
 ordered_json metric_json(const scan::MetricScore& metric) {
-    return {{"name", as_utf8(metric.name)},
-            {"majorities", estimate_json(metric.majorities)},
+    return {{"majorities", estimate_json(metric.majorities)},
             {"votes", estimate_json(metric.votes)},
             {"slope", estimate_json(metric.slope)},
             {"log_likelihood_per_vote", estimate_json(metric.log_likelihood)},
@@ -105,7 +104,8 @@ std::string summary_json(const Options& options, const Outcome& o) {
     }
     ordered_json metrics = ordered_json::array();
     for (std::size_t m = 0; m < o.score.metrics.size(); ++m) {
-        metrics.push_back(metric_json(o.score.metrics[m]));
+        metrics.push_back(o.obtained.described_metrics[m]);
+        metrics.back().update(metric_json(o.score.metrics[m]));
         metrics.back()["refined_distances"] = o.refined.empty() ? 0 : o.refined[m];
     }
     ordered_json json = {{"program", {{"name", "merl-scan"}, {"version", kVersion}}},

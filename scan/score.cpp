@@ -194,9 +194,9 @@ Sampled sample(const Prediction& prediction, const BootstrapOptions& options,
     // One cluster says nothing about how clusters differ.
     result.samples.resize(clusters < 2 ? 0 : options.replicates);
     // Tenths of a second between interrupts, however many judgements there are.
-    const std::size_t at_a_time = std::clamp<std::size_t>(
-        2'000'000 / prediction.judgements,
-        static_cast<std::size_t>(tbb::this_task_arena::max_concurrency()), 64);
+    const std::size_t at_a_time =
+        std::max(std::min<std::size_t>(2'000'000 / prediction.judgements, 64),
+                 static_cast<std::size_t>(tbb::this_task_arena::max_concurrency()));
     for (std::size_t begin = 0; begin < result.samples.size(); begin += at_a_time) {
         const std::size_t end = std::min(begin + at_a_time, result.samples.size());
         tbb::parallel_for(begin, end, [&](std::size_t i) {
