@@ -20,6 +20,7 @@ void add_devices(CLI::App& program, Command& chosen);
 void add_metrics(CLI::App& program, Command& chosen);
 void add_database(CLI::App& program, Command& chosen);
 void add_verify(CLI::App& program, Command& chosen);
+void add_score(CLI::App& program, Command& chosen);
 void add_slices(CLI::App& program, Command& chosen);
 
 /// The MERL directory at `path`, or the built-in database when it is empty.

@@ -78,6 +78,7 @@ int run(int argc, char** argv) {
     Command chosen;
     add_scan(program, chosen);
     add_compare(program, chosen);
+    add_score(program, chosen);
     add_metrics(program, chosen);
     add_devices(program, chosen);
     add_database(program, chosen);

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "engine/reflectance/reference.h"
+#include "scan/score.h"
 #include "scan/undecided.h"
 
 namespace merl::app {
@@ -50,6 +51,38 @@ Refined refine(scan::Distances& distances, const reflectance::Database& database
         refined.second += open.second.size();
         ++refined.rounds;
     }
+}
+
+std::vector<std::uint64_t> refine_judged(scan::DistanceTable& table,
+                                         const scan::Judgements& judgements,
+                                         const reflectance::Database& database,
+                                         std::span<const reflectance::Metric* const> metrics,
+                                         const std::function<void(double)>& progress) {
+    std::vector<reflectance::ReferenceRequest> requests;
+    std::vector<std::vector<std::uint32_t>> open(metrics.size());
+    std::vector<std::uint64_t> refined(metrics.size());
+    for (std::size_t m = 0; m < metrics.size(); ++m) {
+        const auto& column = table.metrics[m];
+        if (metrics[m]->twin.sum != nullptr) {
+            open[m] = scan::open_pairs(judgements, {column.metric, column.values, column.bounds});
+        }
+        if (!open[m].empty()) {
+            requests.push_back(request(*metrics[m], open[m], table.materials()));
+        }
+        refined[m] = open[m].size();
+    }
+    if (requests.empty()) {
+        return refined;
+    }
+    const auto exact = reflectance::reference_distances(
+        database, requests, reflectance::VoxelSet::above_horizon, progress);
+    auto next = exact.begin();
+    for (std::size_t m = 0; m < metrics.size(); ++m) {
+        if (!open[m].empty()) {
+            replace(open[m], *next++, table.metrics[m].values, table.metrics[m].bounds);
+        }
+    }
+    return refined;
 }
 
 }  // namespace merl::app

@@ -3,9 +3,13 @@
 #include <array>
 #include <cstdint>
 #include <functional>
+#include <span>
+#include <vector>
 
 #include "engine/reflectance/database.h"
 #include "engine/reflectance/metric.h"
+#include "scan/distance_table.h"
+#include "scan/judgements.h"
 #include "scan/pairs.h"
 
 namespace merl::app {
@@ -23,5 +27,14 @@ struct Refined {
 Refined refine(scan::Distances& distances, const reflectance::Database& database,
                const std::array<const reflectance::Metric*, 2>& metrics, std::uint32_t select,
                std::uint32_t per_material, const std::function<void(double)>& progress);
+
+/// Replaces, in float64, every distance that leaves the order of a judgement's two pairs open,
+/// under each metric that has a bound and a float64 twin: then what these predict is what float64
+/// predicts. Returns how many distances were replaced, by metric. `progress` may throw.
+std::vector<std::uint64_t> refine_judged(scan::DistanceTable& table,
+                                         const scan::Judgements& judgements,
+                                         const reflectance::Database& database,
+                                         std::span<const reflectance::Metric* const> metrics,
+                                         const std::function<void(double)>& progress);
 
 }  // namespace merl::app

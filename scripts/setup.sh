@@ -9,6 +9,7 @@ packages=(
     glslang-dev glslang-tools spirv-tools                               # shaders
     libvulkan-dev mesa-vulkan-drivers vulkan-validationlayers           # Vulkan, lavapipe
     libglm-dev libtbb-dev libfmt-dev libxxhash-dev                      # libraries of the engine
+    libboost-dev                                                        # of the scan
     libcli11-dev nlohmann-json3-dev libopenexr-dev libpng-dev           # of the command line
     libgtest-dev libgmock-dev chromium                                  # of the tests
     clang-format clang-tidy                                             # style

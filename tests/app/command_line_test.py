@@ -3,7 +3,7 @@
 import support
 from support import USAGE, Case, write_database
 
-COMMANDS = [], ["scan"], ["compare"], ["devices"], ["metrics"], ["metrics", "show"], \
+COMMANDS = [], ["scan"], ["compare"], ["score"], ["devices"], ["metrics"], ["metrics", "show"], \
     ["database"], ["database", "info"], ["database", "write"], ["verify"], ["slices"]
 
 

@@ -1,0 +1,385 @@
+#include "scan/score.h"
+
+#include <fmt/format.h>
+#include <xxhash.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <filesystem>
+#include <limits>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <numeric>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "app/commands.h"
+#include "app/describe.h"
+#include "app/exit_status.h"
+#include "app/interrupt.h"
+#include "app/obtain_distances.h"
+#include "app/options.h"
+#include "app/output_directory.h"
+#include "app/progress.h"
+#include "app/refine.h"
+#include "app/score_plot.h"
+#include "app/stopwatch.h"
+#include "app/terminal.h"
+#include "app/version.h"
+#include "engine/reflectance/abc_database.h"
+#include "scan/csv.h"
+#include "scan/input.h"
+#include "scan/judgement_file.h"
+#include "scan/lagunas.h"
+#include "scan/score_tables.h"
+
+namespace merl::app {
+namespace {
+
+using nlohmann::ordered_json;
+
+const MetricNeeds kMetrics = {.from_database = "all"};
+
+struct Options {
+    DistanceOptions distances;
+    std::string judgements;
+    std::string out = "merl-scan-score";
+    scan::BootstrapOptions bootstrap;
+    bool force = false;
+    bool quiet = false;
+};
+
+/// Wall-clock seconds of the stages, which follow each other.
+struct Seconds {
+    double judgements = 0;
+    double device = 0;
+    double distances = 0;
+    double refine = 0;
+    double score = 0;
+    double total() const { return judgements + device + distances + refine + score; }
+};
+
+struct Outcome {
+    std::string format;  // of the judgements
+    std::string content_hash;
+    scan::Judgements judgements;
+    ObtainedDistances obtained;
+    std::vector<std::uint64_t> refined;  // distances recomputed in float64, by metric
+    scan::Score score;
+    Seconds seconds;
+};
+
+/// JSON has no infinity, and null says that there is no such figure.
+ordered_json figure_json(double value) {
+    if (std::isnan(value)) {
+        return nullptr;
+    }
+    return std::isinf(value) ? ordered_json(value > 0 ? "inf" : "-inf") : ordered_json(value);
+}
+
+ordered_json estimate_json(const scan::Estimate& estimate) {
+    return {{"value", figure_json(estimate.value)},
+            {"low", figure_json(estimate.interval.low)},
+            {"high", figure_json(estimate.interval.high)}};
+}
+
+ordered_json metric_json(const scan::MetricScore& metric) {
+    return {{"majorities", estimate_json(metric.majorities)},
+            {"votes", estimate_json(metric.votes)},
+            {"slope", estimate_json(metric.slope)},
+            {"log_likelihood_per_vote", estimate_json(metric.log_likelihood)},
+            {"log_likelihood", figure_json(metric.total_log_likelihood)},
+            {"ties", metric.ties},
+            {"undecided", metric.undecided},
+            {"zero_distances", metric.zero_distances}};
+}
+
+std::string summary_json(const Options& options, const Outcome& o) {
+    const auto& j = o.judgements;
+    ordered_json unknown = ordered_json::object();
+    for (const auto& [name, rows] : j.unknown) {
+        unknown[as_utf8(name)] = rows;
+    }
+    ordered_json metrics = ordered_json::array();
+    for (std::size_t m = 0; m < o.score.metrics.size(); ++m) {
+        metrics.push_back(o.obtained.described_metrics[m]);
+        metrics.back().update(metric_json(o.score.metrics[m]));
+        metrics.back()["refined_distances"] = o.refined.empty() ? 0 : o.refined[m];
+    }
+    ordered_json json = {{"program", {{"name", "merl-scan"}, {"version", kVersion}}},
+                         {"judgements",
+                          {{"file", as_utf8(options.judgements)},
+                           {"format", o.format},
+                           {"content_hash", o.content_hash},
+                           {"rows", j.rows},
+                           {"rows_with_unknown_materials", j.rows_with_unknown},
+                           {"unknown_materials", unknown},
+                           {"configurations", o.score.judgements},
+                           {"untied", o.score.untied},
+                           {"votes", o.score.votes},
+                           {"equal_votes", o.score.equal_votes}}}};
+    json.update(o.obtained.source);
+    json.update(
+        ordered_json{{"materials", o.obtained.table.materials()},
+                     {"bootstrap",
+                      {{"replicates", options.bootstrap.replicates},
+                       {"seed", options.bootstrap.seed},
+                       {"interval", "percentile, 95 %"},
+                       {"clusters", j.clusters},
+                       {"reference_materials", j.references}}},
+                     {"ceiling",
+                      {{"votes", estimate_json(o.score.ceiling)},
+                       {"log_likelihood_per_vote", estimate_json(o.score.ceiling_log_likelihood)}}},
+                     {"metrics", metrics},
+                     {"options",
+                      {{"device", options.distances.device},
+                       {"memory_bytes", options.distances.memory},
+                       {"threads", options.distances.threads}}}});
+    json.update(o.obtained.device);
+    json["seconds"] = {{"judgements", o.seconds.judgements}, {"device", o.seconds.device},
+                       {"distances", o.seconds.distances},   {"refine", o.seconds.refine},
+                       {"score", o.seconds.score},           {"total", o.seconds.total()}};
+    return json_text(json);
+}
+
+std::string number_text(double value) {
+    return std::isnan(value) ? "-" : fmt::format("{:.3f}", value);
+}
+
+/// "0.698 [0.681, 0.715]"
+std::string estimate_text(const scan::Estimate& estimate) {
+    const auto& [low, high] = estimate.interval;
+    return std::isnan(low) ? number_text(estimate.value)
+                           : fmt::format("{} [{}, {}]", number_text(estimate.value),
+                                         number_text(low), number_text(high));
+}
+
+std::string cluster_text(const scan::Judgements& judgements) {
+    const std::uint32_t alone = judgements.clusters - judgements.references;
+    return alone == 0 ? fmt::format("{} reference materials", judgements.references)
+           : judgements.references == 0
+               ? fmt::format("{} configurations", fmt::group_digits(alone))
+               : fmt::format("{} reference materials and {} configurations without",
+                             judgements.references, fmt::group_digits(alone));
+}
+
+std::string judgements_text(const Outcome& o) {
+    return fmt::format(
+        "{} configurations, {} with a majority; {} votes{}", fmt::group_digits(o.score.judgements),
+        fmt::group_digits(o.score.untied), fmt::group_digits(o.score.votes),
+        o.score.equal_votes == 0
+            ? ""
+            : fmt::format(", {} of them equal", fmt::group_digits(o.score.equal_votes)));
+}
+
+void print(const std::string& text) {
+    print_line(text, kResultsAreThere);
+}
+
+void print_line_of(const std::string& name, const std::string& text) {
+    print(fmt::format("{:<16}{}", name, text));
+}
+
+void print_unknown(const scan::Judgements& judgements) {
+    constexpr std::size_t named = 5;
+    std::string names;
+    for (std::size_t i = 0; i < std::min(named, judgements.unknown.size()); ++i) {
+        names += (i == 0 ? "" : ", ") + judgements.unknown[i].name;
+    }
+    if (!judgements.unknown.empty()) {
+        print_line_of("unknown",
+                      fmt::format("{} materials, in {} of {} rows: {}{}", judgements.unknown.size(),
+                                  fmt::group_digits(judgements.rows_with_unknown),
+                                  fmt::group_digits(judgements.rows), names,
+                                  judgements.unknown.size() > named ? " … (summary.json)" : ""));
+    }
+}
+
+void print_metrics(const scan::Score& score) {
+    std::size_t width = 6;
+    for (const auto& metric : score.metrics) {
+        width = std::max(width, printable(metric.name).size());
+    }
+    print("");
+    print(fmt::format("{:<{}}  {:<22}  {:<22}  {:<22}  {}", "metric", width, "majorities", "votes",
+                      "slope", "log-likelihood per vote"));
+    for (const std::size_t m : best_first(score)) {
+        const auto& metric = score.metrics[m];
+        print(fmt::format("{:<{}}  {:<22}  {:<22}  {:<22}  {}", metric.name, width,
+                          estimate_text(metric.majorities), estimate_text(metric.votes),
+                          estimate_text(metric.slope), estimate_text(metric.log_likelihood)));
+    }
+}
+
+/// What the bounds of float32 left open, and what became of it.
+void print_precision(const Outcome& o) {
+    const std::uint64_t refined =
+        std::accumulate(o.refined.begin(), o.refined.end(), std::uint64_t{0});
+    if (refined > 0) {
+        print_line_of("refined", fmt::format("{} distances in float64, on which predictions rest",
+                                             fmt::group_digits(refined)));
+    }
+    for (const auto& metric : o.score.metrics) {
+        if (metric.undecided > 0) {
+            print_line_of("undecided",
+                          fmt::format("{}: {} configurations, computed in float32 without a bound "
+                                      "that tells",
+                                      metric.name, fmt::group_digits(metric.undecided)));
+        }
+    }
+}
+
+/// A p-value; one that is too small for a double comes as 0.
+std::string p_text(double p) {
+    return p < 1e-300 ? "< 1e-300" : fmt::format("= {:.2g}", p);
+}
+
+/// The best metric against every other: who is right where they disagree.
+void print_pairs(const scan::Score& score) {
+    const std::size_t best = best_first(score).front();
+    if (score.pairs.empty()) {
+        return;
+    }
+    print("");
+    print(fmt::format("Where {} and another metric disagree, who is right (untied majorities):",
+                      score.metrics[best].name));
+    for (const std::size_t other : best_first(score)) {
+        for (const auto& pair : score.pairs) {
+            if ((pair.first != best || pair.second != other) &&
+                (pair.first != other || pair.second != best)) {
+                continue;
+            }
+            const bool first = pair.first == best;
+            print(fmt::format("  against {}: {} to {}, p {}", score.metrics[other].name,
+                              fmt::group_digits(first ? pair.first_right : pair.second_right),
+                              fmt::group_digits(first ? pair.second_right : pair.first_right),
+                              p_text(pair.p_value)));
+        }
+    }
+}
+
+void print_summary(const Options& options, const Outcome& o) {
+    print_line_of("judgements", fmt::format("{}, {}", options.judgements, o.format));
+    print_line_of("", judgements_text(o));
+    print_unknown(o.judgements);
+    for (const auto& [name, text] : o.obtained.source_lines) {
+        print_line_of(name, text);
+    }
+    print_line_of("ceiling", estimate_text(o.score.ceiling) + " of the votes");
+    print_line_of("intervals", fmt::format("95 %, {} bootstrap samples of {}, seed {}",
+                                           fmt::group_digits(options.bootstrap.replicates),
+                                           cluster_text(o.judgements), options.bootstrap.seed));
+    print_precision(o);
+    for (const auto& [name, text] : o.obtained.device_lines) {
+        print_line_of(name, text);
+    }
+    const auto& s = o.seconds;
+    print_line_of("seconds",
+                  fmt::format("{:.2f}: judgements {:.2f}, device {:.2f}, distances {:.2f}, "
+                              "refine {:.2f}, score {:.2f}",
+                              s.total(), s.judgements, s.device, s.distances, s.refine, s.score));
+    print_line_of("results", options.out);
+    print_metrics(o.score);
+    print_pairs(o.score);
+}
+
+scan::JudgementFile read_judgements(const Options& options, Outcome& o) {
+    const std::string text = scan::read_input(options.judgements);
+    const auto hash = XXH3_128bits(text.data(), text.size());
+    o.content_hash = fmt::format("{:016x}{:016x}", hash.high64, hash.low64);
+    // The published indices are those of the 100 MERL materials, whatever the database has of them.
+    const auto merl = scan::lagunas_order(reflectance::make_abc_database()->materials());
+    Progress progress("reading judgements", options.quiet);
+    return scan::parse_judgements(text, options.judgements, merl,
+                                  [&](double share) { progress.update(share); });
+}
+
+scan::Score compute_score(const Options& options, const Outcome& o) {
+    std::vector<scan::ScoredMetric> metrics;
+    for (const auto& column : o.obtained.table.metrics) {
+        metrics.push_back({column.metric, column.values, column.bounds});
+    }
+    Progress progress("scoring", options.quiet);
+    return scan::score(o.judgements, metrics, options.bootstrap,
+                       [&](double share) { progress.update(share); });
+}
+
+int run(const Options& options) {
+    const auto threads = limit_threads(options.distances.threads);
+    OutputDirectory out(options.out, options.force,
+                        {"score.csv", "score_pairs.csv", "score.svg", "summary.json"});
+    Outcome o;
+    Stopwatch watch;
+    const auto file = read_judgements(options, o);
+    o.format = file.format;
+    o.seconds.judgements = watch.lap();
+    o.obtained = obtain_distances(options.distances, kMetrics, options.quiet);
+    o.seconds.device = o.obtained.device_seconds;
+    o.seconds.distances = o.obtained.distance_seconds;
+    watch.lap();
+    o.judgements = scan::resolve_judgements(file, o.obtained.table.names);
+    if (o.obtained.database) {
+        Progress progress("refining", options.quiet);
+        o.refined =
+            refine_judged(o.obtained.table, o.judgements, *o.obtained.database, o.obtained.metrics,
+                          [&](double share) { progress.update(share); });
+    }
+    o.seconds.refine = watch.lap();
+    o.score = compute_score(options, o);
+    o.seconds.score = watch.lap();
+    throw_if_interrupted();
+    out.write("score.csv", [&](int f) { scan::write_scores(f, o.score); });
+    out.write("score_pairs.csv", [&](int f) { scan::write_pair_scores(f, o.score); });
+    const auto name = std::filesystem::path(options.judgements).filename().string();
+    const std::string subtitle = fmt::format("{}: {}", name, judgements_text(o));
+    out.write("score.svg", [&](int f) { scan::write_all(f, score_svg(o.score, subtitle)); });
+    const std::string summary = summary_json(options, o);
+    out.write("summary.json", [&](int f) { scan::write_all(f, summary); });
+    throw_if_interrupted();
+    out.commit();
+    if (!options.quiet) {
+        print_summary(options, o);
+    }
+    return kSuccess;
+}
+
+}  // namespace
+
+void add_score(CLI::App& program, Command& chosen) {
+    auto options = std::make_shared<Options>();
+    auto* command = program.add_subcommand(
+        "score", "How well distances predict what people say about the similarity of materials");
+    command
+        ->add_option("--judgements", options->judgements,
+                     "What people said: a CSV file with the columns reference,a,b,votes_a,votes_b "
+                     "or left_1,left_2,right_1,right_2,votes_left,votes_equal,votes_right, or the "
+                     "JSON of Lagunas et al. 2019")
+        ->required()
+        ->transform(not_empty());
+    add_distance_options(*command, options->distances, kMetrics);
+    command->add_option("--out", options->out, "The directory to make")
+        ->transform(not_empty())
+        ->capture_default_str();
+    command
+        ->add_option("--replicates", options->bootstrap.replicates,
+                     "Bootstrap samples for the intervals; 0 for none")
+        ->transform(whole_number(0, 1'000'000))
+        ->capture_default_str();
+    command->add_option("--seed", options->bootstrap.seed, "Which samples those are")
+        ->transform(whole_number(0, std::numeric_limits<std::uint64_t>::max()))
+        ->capture_default_str();
+    command->add_flag("--force", options->force, "Replace the results in an existing directory");
+    command->add_flag("--quiet", options->quiet, "No progress and no summary");
+    command->footer(
+        "Writes score.csv, score_pairs.csv, score.svg and summary.json (docs/scoring.md).\n"
+        "\n"
+        "Examples:\n"
+        "  merl-scan score --judgements votes.csv\n"
+        "  merl-scan score --judgements lagunas.json --database ~/merl/brdfs --metrics all\n"
+        "  merl-scan score --judgements votes.csv --distances network.csv --out network-score");
+    command->callback([&chosen, options] { chosen = [options] { return run(*options); }; });
+}
+
+}  // namespace merl::app

@@ -1,0 +1,34 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <utility>
+#include <vector>
+
+namespace merl::scan {
+
+/// A percentile interval; not a number where there is none.
+struct Interval {
+    double low;
+    double high;
+};
+
+/// How many bootstrap samples, and which.
+struct BootstrapOptions {
+    std::uint32_t replicates = 1000;  ///< 0: no intervals
+    std::uint64_t seed = 1;
+};
+
+/// How often each of `clusters` clusters is in bootstrap sample `replicate`: as many are drawn,
+/// with replacement. The same for the same seed on every machine; samples do not depend on each
+/// other.
+std::vector<std::uint32_t> resample(std::uint64_t seed, std::uint32_t replicate,
+                                    std::uint32_t clusters);
+
+/// The middle 95 % of the values: quantiles 0.025 and 0.975 with linear interpolation between
+/// order statistics (type 7 of Hyndman and Fan 1996, as numpy has it). Values that are not numbers
+/// are left out; infinities are values like others.
+Interval percentile_interval(std::span<const double> values);
+
+}  // namespace merl::scan
