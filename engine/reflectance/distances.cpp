@@ -1,7 +1,10 @@
 #include "engine/reflectance/distances.h"
 
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
 #include <chrono>
+#include <optional>
 
 #include "engine/device/submission.h"
 #include "engine/error.h"
@@ -42,9 +45,13 @@ class Computation {
     Computation(device::Context& context, const SlabPlan& plan,
                 std::span<const Metric* const> metrics, std::uint64_t grid_voxels, Refuse refuse)
         : scratch_(context, plan, metrics), refuse_(std::move(refuse)) {
-        works_.reserve(metrics.size());
-        for (const auto* metric : metrics) {
-            works_.emplace_back(context, plan, *metric, grid_voxels);
+        // Compilers take longer than anything else here, and use one thread each.
+        std::vector<std::optional<MetricWork>> works(metrics.size());
+        tbb::parallel_for(std::size_t{0}, metrics.size(), [&](std::size_t m) {
+            works[m].emplace(context, plan, *metrics[m], grid_voxels);
+        });
+        for (auto& work : works) {
+            works_.push_back(std::move(*work));
         }
         for (int i = 0; i < 2; ++i) {
             Slot& slot = slots_.emplace_back(context, plan);
