@@ -270,7 +270,16 @@ TEST(ToRefine, AsksForEverythingWithoutBounds) {
         EXPECT_EQ(to_refine(d, 100, 10).first, all_pairs(d));
         EXPECT_EQ(to_refine(d, 0, 0).second, all_pairs(d));
         EXPECT_EQ(count_undecided(d), d.configurations());
+        d.second_bounds.assign(d.pairs(), 0);
+        EXPECT_EQ(count_undecided(d), d.configurations());
     }
+}
+
+TEST(CountUndecided, OfAThousandMaterialsWithoutBounds) {
+    Distances d = random_cases()[0].make(1000, 7);
+    d.first_bounds.assign(d.pairs(), infinity);
+    d.second_bounds.assign(d.pairs(), 0);
+    EXPECT_EQ(count_undecided(d), 124'749'875'250U);  // of 499,500 pairs
 }
 
 TEST(ToRefine, AnUnknownOneDragsInNoOthers) {
