@@ -11,7 +11,7 @@ packages=(
     libglm-dev libtbb-dev libfmt-dev libxxhash-dev                      # libraries of the engine
     libboost-dev                                                        # of the scan
     libcli11-dev nlohmann-json3-dev libopenexr-dev libpng-dev           # of the command line
-    libgtest-dev libgmock-dev chromium                                  # of the tests
+    libgtest-dev libgmock-dev libbenchmark-dev chromium                 # of the tests
     clang-format clang-tidy                                             # style
 )
 

@@ -1,0 +1,153 @@
+#include "tests/bench/inputs.h"
+
+#include <fmt/format.h>
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+#include "app/refine.h"
+#include "engine/reflectance/abc_database.h"
+#include "engine/reflectance/merl_directory.h"
+#include "engine/reflectance/reference.h"
+#include "tests/bench/bench.h"
+
+namespace merl::bench {
+
+using reflectance::Database;
+using reflectance::Metric;
+
+device::Context& context() {
+    static device::Context context({.device = settings().device});
+    return context;
+}
+
+const Database& database() {
+    static const std::unique_ptr<Database> database = []() -> std::unique_ptr<Database> {
+        if (settings().check) {
+            return std::make_unique<BlendedDatabase>(
+                *reflectance::make_abc_database({.theta_h = 18, .theta_d = 18, .phi_d = 36}), 30);
+        }
+        return settings().database.empty() ? reflectance::make_abc_database()
+                                           : reflectance::open_merl_directory(settings().database);
+    }();
+    return *database;
+}
+
+const std::array<const Metric*, 2>& two_metrics() {
+    static const std::array<const Metric*, 2> metrics = {&reflectance::find_metric("cwcbrt"),
+                                                         &reflectance::find_metric("pawcielab")};
+    return metrics;
+}
+
+const scan::Distances& device_distances() {
+    static const scan::Distances distances = [] {
+        auto computed = reflectance::compute_distances(context(), database(), two_metrics());
+        return scan::Distances{.names = database().materials(),
+                               .first_metric = two_metrics()[0]->name,
+                               .second_metric = two_metrics()[1]->name,
+                               .first = std::move(computed.distances[0].values),
+                               .second = std::move(computed.distances[1].values),
+                               .first_bounds = std::move(computed.distances[0].bounds),
+                               .second_bounds = std::move(computed.distances[1].bounds)};
+    }();
+    return distances;
+}
+
+const scan::Distances& exact_distances() {
+    static const scan::Distances distances = [] {
+        auto refined = device_distances();
+        app::refine(refined, database(), two_metrics(), 100, 10, {});
+        return refined;
+    }();
+    return distances;
+}
+
+scan::Distances made_up_distances(std::uint32_t materials) {
+    scan::Distances distances = {
+        .names = {}, .first_metric = "one", .second_metric = "two", .first = {}, .second = {}};
+    for (std::uint32_t m = 0; m < materials; ++m) {
+        distances.names.push_back(fmt::format("material-{:05}", m));
+    }
+    std::mt19937_64 random(1);
+    std::normal_distribution<double> normal;
+    for (std::uint64_t p = 0; p < scan::pair_count(materials); ++p) {
+        const double shared = normal(random);
+        distances.first.push_back(std::exp(shared + 0.5 * normal(random)));
+        distances.second.push_back(std::exp(shared + 0.5 * normal(random)));
+    }
+    return distances;
+}
+
+double check_distances(const Database& database, std::span<const Metric* const> metrics,
+                       std::span<const reflectance::MetricDistances> distances) {
+    const auto materials = static_cast<std::uint32_t>(database.materials().size());
+    const auto pairs = static_cast<std::uint32_t>(scan::pair_count(materials));
+    constexpr std::uint32_t kChecked = 50;
+    std::vector<std::uint32_t> chosen;
+    for (std::uint32_t i = 0; i < std::min(kChecked, pairs); ++i) {
+        chosen.push_back(
+            static_cast<std::uint32_t>(std::uint64_t{pairs} * i / std::min(kChecked, pairs)));
+    }
+    std::vector<reflectance::ReferenceRequest> requests;
+    for (const auto* metric : metrics) {
+        auto& request = requests.emplace_back(reflectance::ReferenceRequest{metric, {}});
+        for (const auto index : chosen) {
+            const auto pair = scan::pair_at(index, materials);
+            request.pairs.emplace_back(pair.first, pair.second);
+        }
+    }
+    const auto exact = reflectance::reference_distances(database, requests);
+    double largest = 0;
+    for (std::size_t m = 0; m < metrics.size(); ++m) {
+        require(distances[m].values.size() == pairs,
+                fmt::format("{}: {} distances, expected {}", metrics[m]->name,
+                            distances[m].values.size(), pairs));
+        for (std::size_t i = 0; i < chosen.size(); ++i) {
+            const double value = distances[m].values[chosen[i]];
+            const double error = std::abs(value - exact[m][i]);
+            const double allowed =
+                metrics[m]->has_bound() ? distances[m].bounds[chosen[i]] : 1e-5 * exact[m][i];
+            require(error <= allowed,
+                    fmt::format("{}, pair {}: {}, expected {} +- {}", metrics[m]->name, chosen[i],
+                                value, exact[m][i], allowed));
+            largest = std::max(largest, exact[m][i] > 0 ? error / exact[m][i] : 0);
+        }
+    }
+    return largest;
+}
+
+BlendedDatabase::BlendedDatabase(const Database& original, std::size_t materials)
+    : Database(fmt::format("{} materials from {}", materials, original.name()), "blended"),
+      samples_(original.materials().size()) {
+    grid_ = original.grid();
+    const std::size_t available = samples_.size();
+    tbb::parallel_for(std::size_t{0}, available, [&](std::size_t m) {
+        samples_[m].resize(3 * grid_.voxels());
+        original.read(m, {0, grid_.voxels()}, samples_[m]);
+    });
+    for (std::size_t m = 0; m < materials; ++m) {
+        materials_.push_back(fmt::format("blend-{:05}", m));
+        const std::size_t a = materials < available ? m * available / materials : m % available;
+        blends_.push_back({a, (a + m / available) % available});
+    }
+}
+
+void BlendedDatabase::read(std::size_t material, reflectance::VoxelRange range,
+                           std::span<double> samples, reflectance::ContentHash* hash) const {
+    const auto [a, b] = blends_.at(material);
+    for (std::size_t channel = 0; channel < 3; ++channel) {
+        const auto plane = samples.subspan(channel * range.size(), range.size());
+        const double* const of_a = samples_[a].data() + channel * grid_.voxels() + range.first;
+        const double* const of_b = samples_[b].data() + channel * grid_.voxels() + range.first;
+        for (std::size_t i = 0; i < plane.size(); ++i) {
+            plane[i] = 0.5 * (of_a[i] + of_b[i]);
+        }
+        if (hash != nullptr) {
+            hash->update(material, channel, std::as_bytes(plane));
+        }
+    }
+}
+
+}  // namespace merl::bench

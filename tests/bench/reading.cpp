@@ -1,0 +1,82 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <filesystem>
+#include <fstream>
+
+#include "engine/reflectance/merl_file.h"
+#include "engine/reflectance/slab_reader.h"
+#include "tests/bench/bench.h"
+#include "tests/bench/inputs.h"
+
+namespace merl::bench {
+namespace {
+
+using namespace reflectance;
+
+constexpr std::uint64_t kSlabVoxels = 32ULL * kBlockVoxels;
+
+/// A number of a MERL file, read as its format says and not by the program.
+double stored_number(const std::string& material, std::uint64_t voxel, std::size_t channel) {
+    const auto path = std::filesystem::path(settings().database) / (material + ".binary");
+    std::ifstream file(path, std::ios::binary);
+    file.seekg(
+        static_cast<std::streamoff>(12 + 8 * (channel * database().grid().voxels() + voxel)));
+    std::array<char, 8> bytes = {};
+    file.read(bytes.data(), bytes.size());
+    require(file.good(), fmt::format("cannot read {}", path.string()));
+    return std::max(0.0, std::bit_cast<double>(bytes) * kMerlScale[channel]);
+}
+
+/// Reads everything slab by slab, as the distance stage does, and hands each slab to `use`.
+template <typename Use>
+void read_all(const Domain& domain, const VoxelList& voxels, const Use& use) {
+    SlabReader reader(database(), domain, voxels);
+    std::vector<double> samples(database().materials().size() * 3 * kSlabVoxels);
+    std::vector<double> geometry(kSlabVoxels * kGeometryNumbers);
+    for (std::uint64_t first = 0; first < voxels.size(); first += kSlabVoxels) {
+        const auto last = std::min(first + kSlabVoxels, voxels.size());
+        reader.read(first, last, samples, kSlabVoxels, geometry);
+        use(first, samples);
+    }
+    benchmark::DoNotOptimize(reader.content_hash());
+}
+
+void read_database(benchmark::State& state) {
+    const Domain domain(database().grid());
+    const VoxelList voxels(domain, VoxelSet::above_horizon);
+    // One number of every material and slab, wherever it is.
+    read_all(domain, voxels, [&](std::uint64_t first, const std::vector<double>& samples) {
+        const auto file_index = voxels.runs(first, first + 1).front().file_index;
+        for (std::size_t m = 0; m < database().materials().size(); ++m) {
+            const std::size_t channel = m % 3;
+            double expected = 0;
+            if (settings().database.empty()) {
+                std::array<double, 3> rgb = {};
+                database().read(m, {file_index, file_index + 1}, rgb);
+                expected = std::max(0.0, rgb[channel]);
+            } else {
+                expected = stored_number(database().materials()[m], file_index, channel);
+            }
+            const double found = samples[(m * 3 + channel) * kSlabVoxels];
+            require(found == expected,
+                    fmt::format("{}, voxel {}: {}, expected {}", database().materials()[m],
+                                file_index, found, expected));
+        }
+    });
+    for ([[maybe_unused]] auto _ : state) {
+        read_all(domain, voxels, [](std::uint64_t, const std::vector<double>&) {});
+    }
+    state.SetBytesProcessed(static_cast<std::int64_t>(
+        state.iterations() * 24 * database().grid().voxels() * database().materials().size()));
+}
+
+}  // namespace
+
+void add_reading() {
+    add("read", read_database).Iterations(1);
+}
+
+}  // namespace merl::bench

@@ -1,0 +1,187 @@
+#include "scan/scan.h"
+
+#include <fmt/format.h>
+#include <sys/mman.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <numeric>
+#include <system_error>
+#include <vector>
+
+#include "app/refine.h"
+#include "scan/count.h"
+#include "scan/disagreements.h"
+#include "scan/selection.h"
+#include "scan/tables.h"
+#include "tests/bench/bench.h"
+#include "tests/bench/inputs.h"
+#include "tests/scan/support.h"
+
+namespace merl::bench {
+namespace {
+
+constexpr std::uint32_t kSelect = 100;
+constexpr std::uint32_t kPerMaterial = 10;
+constexpr std::uint32_t kMany = 1000;
+
+/// The disagreements of the built-in database, by an independent float64 program (tests/data).
+constexpr std::uint64_t kGoldenDisagreements = 4'289'737;
+
+const scan::Distances& many_distances() {
+    static const auto distances = made_up_distances(kMany);
+    return distances;
+}
+
+/// Disagreements of distances without ties, by a Fenwick tree: a third way beside the two of
+/// scan/count.h, and quick enough for 1,000 materials.
+std::uint64_t count_by_tree(const scan::Distances& distances) {
+    const std::size_t pairs = distances.first.size();
+    std::vector<std::size_t> order(pairs);
+    std::iota(order.begin(), order.end(), 0);
+    auto sorted = distances.second;
+    std::ranges::sort(sorted);
+    std::ranges::sort(order, {}, [&](std::size_t p) { return distances.first[p]; });
+    std::vector<std::uint64_t> tree(pairs + 1);
+    std::uint64_t concordant = 0;
+    for (const auto p : order) {
+        const auto rank = static_cast<std::size_t>(
+            std::ranges::lower_bound(sorted, distances.second[p]) - sorted.begin());
+        for (auto i = rank; i > 0; i &= i - 1) {
+            concordant += tree[i];
+        }
+        for (auto i = rank + 1; i <= pairs; i += i & (~i + 1)) {
+            ++tree[i];
+        }
+    }
+    return distances.configurations() - concordant;
+}
+
+void require_count(std::uint64_t found, std::uint64_t expected) {
+    require(found == expected, fmt::format("{} disagreements, expected {}", found, expected));
+}
+
+void time_refine(benchmark::State& state) {
+    if (settings().database.empty() && !settings().check) {
+        require_count(scan::count_by_inversions(exact_distances()).disagreements(),
+                      kGoldenDisagreements);
+    }
+    app::Refined refined;
+    for ([[maybe_unused]] auto _ : state) {
+        auto distances = device_distances();
+        refined = app::refine(distances, database(), two_metrics(), kSelect, kPerMaterial, {});
+    }
+    state.counters["refined"] = static_cast<double>(refined.first + refined.second);
+}
+
+template <typename Count>
+void time_count(benchmark::State& state, const scan::Distances& distances, const Count& count) {
+    require_count(count(distances).disagreements(), count_by_tree(distances));
+    for ([[maybe_unused]] auto _ : state) {
+        benchmark::DoNotOptimize(count(distances));
+    }
+    state.counters["configurations"] = static_cast<double>(distances.configurations());
+}
+
+void time_selection(benchmark::State& state, const scan::Distances& distances) {
+    if (distances.configurations() <= scan::max_listed) {
+        const auto expected = scan::testing::plain_selection(
+            distances, scan::all_disagreements(distances), kSelect, kPerMaterial);
+        require(scan::select_configurations(distances, kSelect, kPerMaterial) == expected,
+                "the selection is not that of the whole list");
+    } else {
+        const auto listed = scan::strongest_disagreements(distances, 100 * kSelect);
+        const auto expected =
+            scan::testing::plain_selection(distances, listed, kSelect, kPerMaterial);
+        require(expected.size() == kSelect, "too few of the strongest disagreements");
+        require(scan::select_configurations(distances, kSelect, kPerMaterial) == expected,
+                "the selection is not that of the strongest disagreements");
+    }
+    for ([[maybe_unused]] auto _ : state) {
+        benchmark::DoNotOptimize(scan::select_configurations(distances, kSelect, kPerMaterial));
+    }
+}
+
+/// A file in memory.
+class MemoryFile {
+  public:
+    MemoryFile() : file_(::memfd_create("disagreements.csv", 0)) {
+        if (file_ < 0) {
+            throw std::system_error(errno, std::generic_category(), "memfd_create");
+        }
+    }
+    ~MemoryFile() { ::close(file_); }
+    MemoryFile(const MemoryFile&) = delete;
+    MemoryFile& operator=(const MemoryFile&) = delete;
+
+    int descriptor() const { return file_; }
+    void clear() {
+        require(::ftruncate(file_, 0) == 0 && ::lseek(file_, 0, SEEK_SET) == 0, "cannot truncate");
+    }
+    std::string text() const {
+        std::string all(static_cast<std::size_t>(::lseek(file_, 0, SEEK_END)), '\0');
+        std::size_t read = 0;
+        while (read < all.size()) {
+            const auto part =
+                ::pread(file_, all.data() + read, all.size() - read, static_cast<off_t>(read));
+            require(part > 0, "cannot read back");
+            read += static_cast<std::size_t>(part);
+        }
+        return all;
+    }
+
+  private:
+    int file_;
+};
+
+void time_csv(benchmark::State& state) {
+    const auto& distances = exact_distances();
+    const auto disagreements = scan::all_disagreements(distances);
+    MemoryFile file;
+    scan::write_disagreements(file.descriptor(), distances, disagreements);
+    const auto text = file.text();
+    require(static_cast<std::size_t>(std::ranges::count(text, '\n')) == disagreements.size() + 1,
+            "not a row a disagreement");
+    const auto last = std::string_view(text).substr(text.rfind(',') + 1);
+    require(std::stod(std::string(last)) == disagreements.back().agreement,
+            "the last row is another");
+    for ([[maybe_unused]] auto _ : state) {
+        state.PauseTiming();
+        file.clear();
+        state.ResumeTiming();
+        scan::write_disagreements(file.descriptor(), distances, disagreements);
+    }
+    state.SetBytesProcessed(static_cast<std::int64_t>(state.iterations() * text.size()));
+}
+
+void time_list(benchmark::State& state) {
+    const auto& distances = exact_distances();
+    require_count(scan::all_disagreements(distances).size(), count_by_tree(distances));
+    for ([[maybe_unused]] auto _ : state) {
+        benchmark::DoNotOptimize(scan::all_disagreements(distances));
+    }
+}
+
+}  // namespace
+
+void add_scan() {
+    using benchmark::State;
+    add("refine", time_refine).Iterations(1);
+    add("count/streaming",
+        [](State& state) { time_count(state, exact_distances(), scan::count_by_streaming); });
+    add("count/inversions",
+        [](State& state) { time_count(state, exact_distances(), scan::count_by_inversions); });
+    add("count/scan-of-1000", [](State& state) {
+        require(!scan::count_disagreements(many_distances()).streamed, "streaming was tried");
+        time_count(state, many_distances(), [](const scan::Distances& distances) {
+            return scan::count_disagreements(distances).counts;
+        });
+    });
+    add("select", [](State& state) { time_selection(state, exact_distances()); });
+    add("select/of-1000", [](State& state) { time_selection(state, many_distances()); });
+    add("list", time_list);
+    add("csv", time_csv);
+}
+
+}  // namespace merl::bench
