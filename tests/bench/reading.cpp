@@ -69,8 +69,8 @@ void read_database(benchmark::State& state) {
     for ([[maybe_unused]] auto _ : state) {
         read_all(domain, voxels, [](std::uint64_t, const std::vector<double>&) {});
     }
-    state.SetBytesProcessed(static_cast<std::int64_t>(
-        state.iterations() * 24 * database().grid().voxels() * database().materials().size()));
+    const auto bytes = 24 * database().grid().voxels() * database().materials().size();
+    state.SetBytesProcessed(state.iterations() * static_cast<std::int64_t>(bytes));
 }
 
 }  // namespace

@@ -15,6 +15,7 @@
 #include "scan/disagreements.h"
 #include "scan/selection.h"
 #include "scan/tables.h"
+#include "scan/undecided.h"
 #include "tests/bench/bench.h"
 #include "tests/bench/inputs.h"
 #include "tests/scan/support.h"
@@ -63,6 +64,7 @@ void require_count(std::uint64_t found, std::uint64_t expected) {
 }
 
 void time_refine(benchmark::State& state) {
+    require(scan::to_refine(exact_distances(), kSelect, kPerMaterial).empty(), "not all refined");
     if (settings().database.empty() && !settings().check) {
         require_count(scan::count_by_inversions(exact_distances()).disagreements(),
                       kGoldenDisagreements);
@@ -91,7 +93,7 @@ void time_selection(benchmark::State& state, const scan::Distances& distances) {
         require(scan::select_configurations(distances, kSelect, kPerMaterial) == expected,
                 "the selection is not that of the whole list");
     } else {
-        const auto listed = scan::strongest_disagreements(distances, 100 * kSelect);
+        const auto listed = scan::strongest_disagreements(distances, 100ULL * kSelect);
         const auto expected =
             scan::testing::plain_selection(distances, listed, kSelect, kPerMaterial);
         require(expected.size() == kSelect, "too few of the strongest disagreements");
@@ -116,7 +118,7 @@ class MemoryFile {
     MemoryFile& operator=(const MemoryFile&) = delete;
 
     int descriptor() const { return file_; }
-    void clear() {
+    void clear() const {
         require(::ftruncate(file_, 0) == 0 && ::lseek(file_, 0, SEEK_SET) == 0, "cannot truncate");
     }
     std::string text() const {
@@ -138,7 +140,7 @@ class MemoryFile {
 void time_csv(benchmark::State& state) {
     const auto& distances = exact_distances();
     const auto disagreements = scan::all_disagreements(distances);
-    MemoryFile file;
+    const MemoryFile file;
     scan::write_disagreements(file.descriptor(), distances, disagreements);
     const auto text = file.text();
     require(static_cast<std::size_t>(std::ranges::count(text, '\n')) == disagreements.size() + 1,
@@ -152,7 +154,7 @@ void time_csv(benchmark::State& state) {
         state.ResumeTiming();
         scan::write_disagreements(file.descriptor(), distances, disagreements);
     }
-    state.SetBytesProcessed(static_cast<std::int64_t>(state.iterations() * text.size()));
+    state.SetBytesProcessed(state.iterations() * static_cast<std::int64_t>(text.size()));
 }
 
 void time_list(benchmark::State& state) {
