@@ -25,6 +25,10 @@ benchmark::internal::Benchmark& add(const std::string& name,
                                     const std::function<void(benchmark::State&)>& body,
                                     Clock clock = Clock::wall);
 
+/// Calls `check` once a name, not once a repetition, and returns what it returned: the largest
+/// error. It throws when a result is wrong.
+double check_once(const std::string& name, const std::function<double()>& check);
+
 /// Throws std::runtime_error with `what` unless `right`.
 void require(bool right, const std::string& what);
 

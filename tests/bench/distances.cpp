@@ -12,11 +12,14 @@ namespace {
 using namespace reflectance;
 
 /// The distance stage: its wall-clock time, and as counters the seconds of its parts.
-void time_distances(benchmark::State& state, device::Context& context, const Database& database,
-                    std::span<const Metric* const> metrics) {
-    const auto first = compute_distances(context, database, metrics);
-    state.counters["error"] = check_distances(database, metrics, first.distances);
+void time_distances(benchmark::State& state, const std::string& name, device::Context& context,
+                    const Database& database, std::span<const Metric* const> metrics) {
+    const double error = check_once(name, [&] {
+        const auto result = compute_distances(context, database, metrics);
+        return check_distances(database, metrics, result.distances);
+    });
     DistanceSeconds sum;
+    double work = 0;  // pairs times voxels
     for ([[maybe_unused]] auto _ : state) {
         const auto result = compute_distances(context, database, metrics);
         sum.kernels += result.seconds.kernels;
@@ -25,9 +28,11 @@ void time_distances(benchmark::State& state, device::Context& context, const Dat
         sum.difference += result.seconds.difference;
         sum.waiting += result.seconds.waiting;
         sum.adding += result.seconds.adding;
+        work += static_cast<double>(result.voxels) *
+                static_cast<double>(result.distances.front().values.size());
     }
-    const auto report = [&](const char* name, double seconds) {
-        state.counters[name] = {seconds, benchmark::Counter::kAvgIterations};
+    const auto report = [&](const char* part, double seconds) {
+        state.counters[part] = {seconds, benchmark::Counter::kAvgIterations};
     };
     report("kernels_s", sum.kernels);
     report("reading_s", sum.reading);
@@ -35,10 +40,9 @@ void time_distances(benchmark::State& state, device::Context& context, const Dat
     report("difference_s", sum.difference);
     report("waiting_s", sum.waiting);
     report("adding_s", sum.adding);
-    // Picoseconds a pair and voxel, all metrics together; should not depend on the materials.
-    const double work = static_cast<double>(first.voxels) *
-                        static_cast<double>(first.distances.front().values.size()) * 1e-12;
-    report("difference_ps", sum.difference / work);
+    // A pair and voxel, all metrics together; should not depend on the number of materials.
+    state.counters["difference_ps"] = 1e12 * sum.difference / work;
+    state.counters["error"] = error;
     state.counters["device_MiB"] = static_cast<double>(context.peak_allocated_bytes()) / 0x1p20;
 }
 
@@ -60,34 +64,40 @@ void check_memory(const Database& database) {
                         context.peak_allocated_bytes(), kBudget));
 }
 
-void time_scale(benchmark::State& state, std::size_t materials) {
-    check_memory(BlendedDatabase(*make_abc_database(coarse_grid(5)), materials));
-    // An eighth of the voxels of MERL: 400 materials have sixteen times the pairs of 100.
-    const BlendedDatabase database(*make_abc_database(coarse_grid(2)), materials);
+void time_scale(benchmark::State& state, const std::string& name, std::size_t materials) {
+    check_once("memory of " + name, [&] {
+        check_memory(BlendedDatabase(*make_abc_database(coarse_grid(5)), materials));
+        return 0;
+    });
+    const BlendedDatabase database(*make_abc_database(coarse_grid(3)), materials);
     device::Context context({.device = settings().device});
-    time_distances(state, context, database, two_metrics());
+    time_distances(state, name, context, database, two_metrics());
     require(context.peak_allocated_bytes() <= DistanceOptions().memory_bytes,
             fmt::format("{} materials: {} bytes on the device", materials,
                         context.peak_allocated_bytes()));
 }
 
+void add_stage(const std::string& name, std::vector<const Metric*> metrics) {
+    add(name, [name, metrics = std::move(metrics)](benchmark::State& state) {
+        time_distances(state, name, context(), database(), metrics);
+    }).Iterations(1);
+}
+
 }  // namespace
 
 void add_distances() {
-    add("distances/both", [](benchmark::State& state) {
-        time_distances(state, context(), database(), two_metrics());
-    }).Iterations(1);
+    add_stage("distances/both", {two_metrics()[0], two_metrics()[1]});
     if (settings().check) {
         return;  // the tests of the engine hold every metric to float64
     }
     for (const auto* metric : two_metrics()) {
-        add("distances/" + metric->name, [metric](benchmark::State& state) {
-            time_distances(state, context(), database(), {&metric, 1});
-        }).Iterations(1);
+        add_stage("distances/" + metric->name, {metric});
     }
     for (const auto& metric : metrics()) {
-        add("library/" + metric.name, [pointer = &metric](benchmark::State& state) {
-            time_distances(state, context(), *make_abc_database(coarse_grid(3)), {&pointer, 1});
+        const auto name = "library/" + metric.name;
+        add(name, [name, pointer = &metric](benchmark::State& state) {
+            time_distances(state, name, context(), *make_abc_database(coarse_grid(3)),
+                           {&pointer, 1});
         }).Iterations(1);
     }
 }
@@ -95,8 +105,9 @@ void add_distances() {
 void add_scale() {
     for (const std::size_t materials : {25U, 50U, 100U, 200U, 400U}) {
         if (!settings().check || materials == 25 || materials == 400) {
-            add(fmt::format("scale/{}", materials), [materials](benchmark::State& state) {
-                time_scale(state, materials);
+            const auto name = fmt::format("scale/{}", materials);
+            add(name, [name, materials](benchmark::State& state) {
+                time_scale(state, name, materials);
             }).Iterations(1);
         }
     }

@@ -131,7 +131,8 @@ double check_sums(std::span<const double> sums, const Subset& subset, double all
     double largest = 0;
     for (std::size_t p = 0; p < sums.size(); ++p) {
         const double expected = std::sqrt(subset.sums[p]);
-        const double error = std::abs(std::sqrt(sums[p]) - expected) / expected;
+        const double difference = std::abs(std::sqrt(sums[p]) - expected);
+        const double error = difference == 0 ? 0 : difference / expected;
         require(error <= allowed, fmt::format("pair {}: {} is off by {:.1e}, allowed {:.0e}", p,
                                               std::sqrt(sums[p]), error, allowed));
         largest = std::max(largest, error);
@@ -148,20 +149,15 @@ void report(benchmark::State& state, const Subset& subset, double error) {
 }
 
 template <typename Real>
-void time_loop(benchmark::State& state, const Metric& metric, std::uint64_t every,
-               PeerLoop<Real> loop, double allowed) {
-    const auto& subset = subset_of(metric, every);
-    const Real* grid = nullptr;
-    if constexpr (std::is_same_v<Real, double>) {
-        grid = subset.grid.data();
-    } else {
-        grid = subset.grid32.data();
-    }
+void time_loop(benchmark::State& state, const std::string& name, const Subset& subset,
+               std::span<const Real> grid, PeerLoop<Real> loop, double allowed) {
     std::vector<double> sums(subset.sums.size());
-    loop(grid, subset.blocks, subset.materials, sums.data());
-    const double error = check_sums(sums, subset, allowed);
+    const double error = check_once(name, [&] {
+        loop(grid.data(), subset.blocks, subset.materials, sums.data());
+        return check_sums(sums, subset, allowed);
+    });
     for ([[maybe_unused]] auto _ : state) {
-        loop(grid, subset.blocks, subset.materials, sums.data());
+        loop(grid.data(), subset.blocks, subset.materials, sums.data());
         benchmark::ClobberMemory();
     }
     report(state, subset, error);
@@ -190,81 +186,89 @@ void write_file(const std::filesystem::path& path, const std::vector<Number>& nu
     require(file.flush().good(), fmt::format("cannot write {}", path.string()));
 }
 
-void time_python(benchmark::State& state, const std::string& way, const Metric& metric,
-                 std::uint64_t every, const std::string& real, double allowed) {
-    const auto& subset = subset_of(metric, every);
+void time_python(benchmark::State& state, const std::string& way, const std::string& real,
+                 const Subset& subset, double allowed) {
     const test::TemporaryDirectory directory;
     const auto grid = directory.path / "grid";
     const auto out = directory.path / "sums";
     real == "float32" ? write_file(grid, subset.grid32) : write_file(grid, subset.grid);
-    const auto command =
-        fmt::format("{} -B '{}' {}-{} '{}' {} {} '{}'", python(), MERL_BENCH_PEERS, way,
-                    metric.name, grid.string(), real, subset.materials, out.string());
+    const auto command = fmt::format("{} -B '{}' {} '{}' {} {} '{}'", python(), MERL_BENCH_PEERS,
+                                     way, grid.string(), real, subset.materials, out.string());
     const auto run = [&] {
         const std::unique_ptr<FILE, int (*)(FILE*)> pipe(::popen(command.c_str(), "r"), ::pclose);
         double seconds = 0;
         require(pipe && std::fscanf(pipe.get(), "%lf", &seconds) == 1, "no answer from " + command);
         return seconds;
     };
-    run();
-    std::vector<double> sums(subset.sums.size());
-    std::ifstream file(out, std::ios::binary);
-    file.read(reinterpret_cast<char*>(sums.data()),
-              static_cast<std::streamsize>(sums.size() * sizeof(double)));
-    require(file.good(), "too few sums from " + command);
-    const double error = check_sums(sums, subset, allowed);
+    const double error = check_once(way + real, [&] {
+        run();
+        std::vector<double> sums(subset.sums.size());
+        std::ifstream file(out, std::ios::binary);
+        file.read(reinterpret_cast<char*>(sums.data()),
+                  static_cast<std::streamsize>(sums.size() * sizeof(double)));
+        require(file.good(), "too few sums from " + command);
+        return check_sums(sums, subset, allowed);
+    });
     for ([[maybe_unused]] auto _ : state) {
         state.SetIterationTime(run());
     }
     report(state, subset, error);
 }
 
+/// One program on every so manieth block of the samples of a metric.
+template <typename Real>
+benchmark::internal::Benchmark& add_loop(const std::string& program, const Metric& metric,
+                                         std::uint64_t every, PeerLoop<Real> loop, double allowed) {
+    const auto name = fmt::format("peer/{}/{}", program, metric.name);
+    return add(name, [=, &metric](benchmark::State& state) {
+        const auto& subset = subset_of(metric, every);
+        if constexpr (std::is_same_v<Real, double>) {
+            time_loop<double>(state, name, subset, subset.grid, loop, allowed);
+        } else {
+            time_loop<float>(state, name, subset, subset.grid32, loop, allowed);
+        }
+    });
+}
+
+void add_python(const std::string& program, const Metric& metric, std::uint64_t every,
+                const std::string& real, double allowed) {
+    add(
+        fmt::format("peer/{}-{}/{}", program, real, metric.name),
+        [=, &metric](benchmark::State& state) {
+            time_python(state, program + "-" + metric.name, real, subset_of(metric, every),
+                        allowed);
+        },
+        Clock::manual)
+        .Iterations(1);
+}
+
 }  // namespace
 
 void add_peers() {
-    // A share of the voxels each, so that the slowest takes seconds.
-    constexpr std::uint64_t kEvery = 16;
-    constexpr std::uint64_t kEveryOfSlowest = 256;
-    struct Loops {
-        PeerLoop<double> float64_o3, float64_ofast;
-        PeerLoop<float> float32_ofast;
-    };
-    const std::array<Loops, 2> loops = {
-        Loops{float64_o3::cwcbrt, float64_ofast::cwcbrt, float32_ofast::cwcbrt},
-        Loops{float64_o3::pawcielab, float64_ofast::pawcielab, float32_ofast::pawcielab}};
-    for (std::size_t m = 0; m < loops.size(); ++m) {
-        const auto& metric = *two_metrics()[m];
-        const auto& loop = loops[m];
-        const auto add_loop = [&](const char* name, auto function, double allowed) {
-            return &add(fmt::format("peer/{}/{}", name, metric.name),
-                        [&metric, function, allowed](benchmark::State& state) {
-                            time_loop(state, metric, kEvery, function, allowed);
-                        });
-        };
-        add_loop("openmp-float64-O3", loop.float64_o3, 1e-12)->Iterations(1);
-        add_loop("openmp-float64-Ofast", loop.float64_ofast, 1e-12);
-        add_loop("openmp-float32-Ofast", loop.float32_ofast, 1e-5);
-        if (python().empty()) {
-            continue;
-        }
-        const auto add_python = [&](const std::string& way, std::uint64_t every,
-                                    const std::string& real, double allowed) {
-            add(
-                fmt::format("peer/{}-{}/{}", way, real, metric.name),
-                [=, &metric](benchmark::State& state) {
-                    time_python(state, way, metric, every, real, allowed);
-                },
-                Clock::manual)
-                .Iterations(1);
-        };
-        add_python("numpy", kEvery, "float32", 1e-5);
-        add_python("scipy", m == 0 ? kEveryOfSlowest : kEvery, "float64", 1e-12);
-    }
+    // Of the blocks, so that each takes about a second on two cores.
+    constexpr std::uint64_t kMany = 16;
+    constexpr std::uint64_t kFew = 66;
+    constexpr std::uint64_t kFewest = 256;
+    // What a sum of three million numbers may lose in each precision.
+    constexpr double kFloat64 = 1e-12;
+    constexpr double kFloat32 = 1e-5;
+    const Metric& cwcbrt = *two_metrics()[0];
+    const Metric& pawcielab = *two_metrics()[1];
+    add_loop("openmp-float64-O3", cwcbrt, kFew, float64_o3::cwcbrt, kFloat64).Iterations(1);
+    add_loop("openmp-float64-Ofast", cwcbrt, kMany, float64_ofast::cwcbrt, kFloat64);
+    add_loop("openmp-float32-Ofast", cwcbrt, kMany, float32_ofast::cwcbrt, kFloat32);
+    add_loop("openmp-float64-O3", pawcielab, kMany, float64_o3::pawcielab, kFloat64);
+    add_loop("openmp-float64-Ofast", pawcielab, kMany, float64_ofast::pawcielab, kFloat64);
+    add_loop("openmp-float32-Ofast", pawcielab, kMany, float32_ofast::pawcielab, kFloat32);
     if (python().empty()) {
         fmt::print(stderr,
-                   "no Python here has NumPy and SciPy (python3-numpy, python3-scipy): "
-                   "left out\n");
+                   "no Python here has NumPy and SciPy (python3-numpy, python3-scipy): left out\n");
+        return;
     }
+    add_python("numpy", cwcbrt, kFew, "float32", kFloat32);
+    add_python("scipy", cwcbrt, kFewest, "float64", kFloat64);
+    add_python("numpy", pawcielab, kFew, "float32", kFloat32);
+    add_python("scipy", pawcielab, kFew, "float64", kFloat64);
 }
 
 }  // namespace merl::bench

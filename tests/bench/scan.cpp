@@ -64,11 +64,14 @@ void require_count(std::uint64_t found, std::uint64_t expected) {
 }
 
 void time_refine(benchmark::State& state) {
-    require(scan::to_refine(exact_distances(), kSelect, kPerMaterial).empty(), "not all refined");
-    if (settings().database.empty() && !settings().check) {
-        require_count(scan::count_by_inversions(exact_distances()).disagreements(),
-                      kGoldenDisagreements);
-    }
+    check_once("refine", [] {
+        require(scan::to_refine(exact_distances(), kSelect, kPerMaterial).empty(), "not refined");
+        if (settings().database.empty() && !settings().check) {
+            require_count(scan::count_by_inversions(exact_distances()).disagreements(),
+                          kGoldenDisagreements);
+        }
+        return 0;
+    });
     app::Refined refined;
     for ([[maybe_unused]] auto _ : state) {
         auto distances = device_distances();
@@ -78,28 +81,35 @@ void time_refine(benchmark::State& state) {
 }
 
 template <typename Count>
-void time_count(benchmark::State& state, const scan::Distances& distances, const Count& count) {
-    require_count(count(distances).disagreements(), count_by_tree(distances));
+void time_count(benchmark::State& state, const std::string& name, const scan::Distances& distances,
+                const Count& count) {
+    check_once(name, [&] {
+        require_count(count(distances).disagreements(), count_by_tree(distances));
+        return 0;
+    });
     for ([[maybe_unused]] auto _ : state) {
         benchmark::DoNotOptimize(count(distances));
     }
     state.counters["configurations"] = static_cast<double>(distances.configurations());
 }
 
-void time_selection(benchmark::State& state, const scan::Distances& distances) {
-    if (distances.configurations() <= scan::max_listed) {
-        const auto expected = scan::testing::plain_selection(
-            distances, scan::all_disagreements(distances), kSelect, kPerMaterial);
-        require(scan::select_configurations(distances, kSelect, kPerMaterial) == expected,
-                "the selection is not that of the whole list");
-    } else {
-        const auto listed = scan::strongest_disagreements(distances, 100ULL * kSelect);
-        const auto expected =
-            scan::testing::plain_selection(distances, listed, kSelect, kPerMaterial);
-        require(expected.size() == kSelect, "too few of the strongest disagreements");
-        require(scan::select_configurations(distances, kSelect, kPerMaterial) == expected,
-                "the selection is not that of the strongest disagreements");
-    }
+/// The best-first search against a list that is sorted in full, or as far as the selection goes.
+void check_selection(const scan::Distances& distances) {
+    const bool all = distances.configurations() <= scan::max_listed;
+    const auto listed = all ? scan::all_disagreements(distances)
+                            : scan::strongest_disagreements(distances, 100ULL * kSelect);
+    const auto expected = scan::testing::plain_selection(distances, listed, kSelect, kPerMaterial);
+    require(all || expected.size() == kSelect, "the list is too short to select from");
+    require(scan::select_configurations(distances, kSelect, kPerMaterial) == expected,
+            "the selection is not that of the list");
+}
+
+void time_selection(benchmark::State& state, const std::string& name,
+                    const scan::Distances& distances) {
+    check_once(name, [&] {
+        check_selection(distances);
+        return 0;
+    });
     for ([[maybe_unused]] auto _ : state) {
         benchmark::DoNotOptimize(scan::select_configurations(distances, kSelect, kPerMaterial));
     }
@@ -142,24 +152,30 @@ void time_csv(benchmark::State& state) {
     const auto disagreements = scan::all_disagreements(distances);
     const MemoryFile file;
     scan::write_disagreements(file.descriptor(), distances, disagreements);
-    const auto text = file.text();
-    require(static_cast<std::size_t>(std::ranges::count(text, '\n')) == disagreements.size() + 1,
-            "not a row a disagreement");
-    const auto last = std::string_view(text).substr(text.rfind(',') + 1);
-    require(std::stod(std::string(last)) == disagreements.back().agreement,
-            "the last row is another");
+    const auto bytes = ::lseek(file.descriptor(), 0, SEEK_CUR);
+    check_once("csv", [&] {
+        const auto text = file.text();
+        const auto rows = static_cast<std::size_t>(std::ranges::count(text, '\n'));
+        require(rows == disagreements.size() + 1, "not a row a disagreement");
+        const auto last = text.substr(text.rfind(',') + 1);
+        require(std::stod(last) == disagreements.back().agreement, "the last row is another");
+        return 0;
+    });
     for ([[maybe_unused]] auto _ : state) {
         state.PauseTiming();
         file.clear();
         state.ResumeTiming();
         scan::write_disagreements(file.descriptor(), distances, disagreements);
     }
-    state.SetBytesProcessed(state.iterations() * static_cast<std::int64_t>(text.size()));
+    state.SetBytesProcessed(state.iterations() * bytes);
 }
 
 void time_list(benchmark::State& state) {
     const auto& distances = exact_distances();
-    require_count(scan::all_disagreements(distances).size(), count_by_tree(distances));
+    check_once("list", [&] {
+        require_count(scan::all_disagreements(distances).size(), count_by_tree(distances));
+        return 0;
+    });
     for ([[maybe_unused]] auto _ : state) {
         benchmark::DoNotOptimize(scan::all_disagreements(distances));
     }
@@ -170,18 +186,21 @@ void time_list(benchmark::State& state) {
 void add_scan() {
     using benchmark::State;
     add("refine", time_refine).Iterations(1);
-    add("count/streaming",
-        [](State& state) { time_count(state, exact_distances(), scan::count_by_streaming); });
-    add("count/inversions",
-        [](State& state) { time_count(state, exact_distances(), scan::count_by_inversions); });
-    add("count/scan-of-1000", [](State& state) {
+    add("count/streaming", [](State& state) {
+        time_count(state, "streaming", exact_distances(), scan::count_by_streaming);
+    });
+    add("count/inversions", [](State& state) {
+        time_count(state, "inversions", exact_distances(), scan::count_by_inversions);
+    });
+    add("count/of-1000", [](State& state) {
         require(!scan::count_disagreements(many_distances()).streamed, "streaming was tried");
-        time_count(state, many_distances(), [](const scan::Distances& distances) {
+        time_count(state, "of-1000", many_distances(), [](const scan::Distances& distances) {
             return scan::count_disagreements(distances).counts;
         });
     });
-    add("select", [](State& state) { time_selection(state, exact_distances()); });
-    add("select/of-1000", [](State& state) { time_selection(state, many_distances()); });
+    add("select", [](State& state) { time_selection(state, "select", exact_distances()); });
+    add("select/of-1000",
+        [](State& state) { time_selection(state, "select/of-1000", many_distances()); });
     add("list", time_list);
     add("csv", time_csv);
 }
