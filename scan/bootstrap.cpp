@@ -7,9 +7,8 @@
 #include <random>
 
 namespace merl::scan {
-namespace {
 
-double quantile(const std::vector<double>& sorted, double q) {
+double quantile(std::span<const double> sorted, double q) {
     const double place = q * static_cast<double>(sorted.size() - 1);
     const auto below = static_cast<std::size_t>(place);
     const std::size_t above = std::min(below + 1, sorted.size() - 1);
@@ -20,8 +19,6 @@ double quantile(const std::vector<double>& sorted, double q) {
     }
     return sorted[below] * (1 - share) + sorted[above] * share;
 }
-
-}  // namespace
 
 std::vector<std::uint32_t> resample(std::uint64_t seed, std::uint32_t replicate,
                                     std::uint32_t clusters) {

@@ -26,9 +26,12 @@ struct BootstrapOptions {
 std::vector<std::uint32_t> resample(std::uint64_t seed, std::uint32_t replicate,
                                     std::uint32_t clusters);
 
-/// The middle 95 % of the values: quantiles 0.025 and 0.975 with linear interpolation between
-/// order statistics (type 7 of Hyndman and Fan 1996, as numpy has it). Values that are not numbers
-/// are left out; infinities are values like others.
+/// A quantile of ascending values, with linear interpolation between order statistics (type 7 of
+/// Hyndman and Fan 1996, as numpy has it). Requires at least one value, and 0 <= q <= 1.
+double quantile(std::span<const double> sorted, double q);
+
+/// The middle 95 % of the values: from quantile 0.025 to 0.975. Values that are not numbers are
+/// left out; infinities are values like others.
 Interval percentile_interval(std::span<const double> values);
 
 }  // namespace merl::scan

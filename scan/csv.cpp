@@ -20,6 +20,15 @@ std::string csv_field(std::string_view text) {
     return field += '"';
 }
 
+std::string csv_free_text(std::string_view text) {
+    constexpr std::string_view formula = "=+-@\t\r";
+    std::string guarded;
+    if (!text.empty() && formula.find(text[0]) != std::string_view::npos) {
+        guarded += '\'';
+    }
+    return csv_field(guarded.append(text));
+}
+
 void append_number(std::string& out, double value) {
     std::array<char, 32> digits{};
     const auto result = std::to_chars(digits.data(), digits.data() + digits.size(), value);

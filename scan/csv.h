@@ -10,6 +10,11 @@ namespace merl::scan {
 /// formula is data like any other.
 std::string csv_field(std::string_view text);
 
+/// A CSV field for text that a stranger may have written, like a judge's comment: csv_field, with
+/// an apostrophe before a text that a spreadsheet could take for a formula (one that begins with =
+/// + - @, a tab or a carriage return), so that it stays text there.
+std::string csv_free_text(std::string_view text);
+
 /// Appends the shortest decimal number that reads back as the same double.
 void append_number(std::string& out, double value);
 

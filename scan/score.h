@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "scan/bootstrap.h"
+#include "scan/estimate.h"
 #include "scan/judgements.h"
 
 namespace merl::scan {
@@ -16,12 +17,6 @@ struct ScoredMetric {
     std::string name;
     std::span<const double> distances;    ///< of every pair, in pair order; finite, zero or more
     std::span<const double> bounds = {};  ///< how far each can be from the exact one; empty: exact
-};
-
-/// A figure and its 95 % interval from the bootstrap over clusters.
-struct Estimate {
-    double value;
-    Interval interval;
 };
 
 /// How well one metric predicts the judgements (docs/scoring.md has the definitions).

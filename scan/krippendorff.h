@@ -1,0 +1,24 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "scan/bootstrap.h"
+#include "scan/estimate.h"
+
+namespace merl::scan {
+
+/// How many judges gave a unit each of the ordered values.
+using UnitCounts = std::vector<std::uint32_t>;
+
+/// Krippendorff's alpha for ordinal data (K. Krippendorff, Computing Krippendorff's
+/// Alpha-Reliability, 2011): 1 - D_o / D_e. All units have as many values; judges may be missing
+/// anywhere, and units with fewer than two judges are left out. Not a number where all that is left
+/// is one value, or nothing.
+double ordinal_alpha(std::span<const UnitCounts> units);
+
+/// The same with a 95 % percentile interval from drawing the units with replacement.
+Estimate ordinal_alpha(std::span<const UnitCounts> units, const BootstrapOptions& options);
+
+}  // namespace merl::scan

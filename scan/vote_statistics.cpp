@@ -1,0 +1,338 @@
+#include "scan/vote_statistics.h"
+
+#include <algorithm>
+#include <boost/math/distributions/binomial.hpp>
+#include <cmath>
+#include <limits>
+#include <map>
+
+#include "scan/crossed_bootstrap.h"
+#include "scan/krippendorff.h"
+#include "scan/sign_test.h"
+#include "scan/uniform_test.h"
+
+namespace merl::scan {
+namespace {
+
+constexpr double none = std::numeric_limits<double>::quiet_NaN();
+
+/// First looks: by judge and configuration, the vote with its sides undone.
+std::vector<std::vector<std::uint8_t>> first_looks(const Votes& votes) {
+    std::vector<std::vector<std::uint8_t>> sides(
+        votes.judges.size(), std::vector<std::uint8_t>(votes.configurations.size()));
+    for (std::size_t j = 0; j < votes.judges.size(); ++j) {
+        for (const auto& ballot : votes.judges[j].ballots) {
+            if (!ballot.repeat) {
+                sides[j][ballot.configuration] = ballot.side();
+            }
+        }
+    }
+    return sides;
+}
+
+/// The numbers of the materials of each configuration, each once, and how many there are.
+struct MaterialsOf {
+    std::vector<std::vector<std::uint32_t>> configurations;
+    std::uint32_t count = 0;
+};
+
+MaterialsOf number_materials(const Votes& votes, TrialKind kind) {
+    MaterialsOf result;
+    std::map<std::string, std::uint32_t> numbers;
+    for (const auto& configuration : votes.configurations) {
+        auto& list = result.configurations.emplace_back();
+        if (configuration.kind != kind) {
+            continue;
+        }
+        for (const auto& name : configuration.materials) {
+            const auto number =
+                numbers.emplace(name, static_cast<std::uint32_t>(numbers.size())).first->second;
+            if (std::ranges::find(list, number) == list.end()) {
+                list.push_back(number);
+            }
+        }
+    }
+    result.count = static_cast<std::uint32_t>(numbers.size());
+    return result;
+}
+
+class Statistics {
+  public:
+    Statistics(const Votes& votes, const BootstrapOptions& options)
+        : votes_(votes), options_(options), looks_(first_looks(votes)) {}
+
+    VoteStatistics compute() const {
+        VoteStatistics result{};
+        add_configurations(result, TrialKind::selection);
+        add_configurations(result, TrialKind::random);
+        result.selection = overall(result, TrialKind::selection);
+        if (has(TrialKind::random)) {
+            result.random = overall(result, TrialKind::random);
+        }
+        result.alpha = alpha(result);
+        result.sentinels_known =
+            std::ranges::all_of(votes_.configurations, [](const auto& configuration) {
+                return configuration.kind != TrialKind::sentinel || configuration.expected != 0;
+            });
+        add_judges(result);
+        return result;
+    }
+
+  private:
+    bool has(TrialKind kind) const {
+        return std::ranges::any_of(votes_.configurations,
+                                   [&](const auto& c) { return c.kind == kind; });
+    }
+
+    OptionCounts sides_of(std::uint32_t configuration) const {
+        OptionCounts sides;
+        for (const auto& judge : looks_) {
+            sides.add(judge[configuration]);
+        }
+        return sides;
+    }
+
+    void add_configurations(VoteStatistics& result, TrialKind kind) const {
+        const std::size_t begin = result.configurations.size();
+        std::vector<double> p_first;
+        std::vector<double> p_second;
+        std::map<std::uint64_t, UniformVotes> tests;
+        for (std::uint32_t k = 0; k < votes_.configurations.size(); ++k) {
+            if (votes_.configurations[k].kind != kind) {
+                continue;
+            }
+            result.configurations.push_back({.configuration = k,
+                                             .sides = sides_of(k),
+                                             .p_first = none,
+                                             .p_first_holm = none,
+                                             .p_second = none,
+                                             .p_second_holm = none});
+            auto& row = result.configurations.back();
+            const auto n = row.sides.answered();
+            if (n == 0) {
+                continue;
+            }
+            const auto& test = tests.try_emplace(n, static_cast<std::uint32_t>(n)).first->second;
+            const auto sum = row.sides.votes[0] + 2 * row.sides.votes[1] + 3 * row.sides.votes[2];
+            p_first.push_back(row.p_first = test.at_most(sum));
+            p_second.push_back(row.p_second = test.at_least(sum));
+        }
+        const auto first = holm(p_first);
+        const auto second = holm(p_second);
+        std::size_t tested = 0;
+        for (std::size_t i = begin; i < result.configurations.size(); ++i) {
+            auto& row = result.configurations[i];
+            if (row.sides.answered() > 0) {
+                row.p_first_holm = first[tested];
+                row.p_second_holm = second[tested];
+                ++tested;
+            }
+        }
+    }
+
+    /// The bootstrapped shares of the votes for one side on configurations of this kind.
+    std::vector<double> bootstrapped(TrialKind kind, const MaterialsOf& materials,
+                                     std::uint8_t side) const {
+        std::vector<CrossedValue> values;
+        for (std::uint32_t j = 0; j < looks_.size(); ++j) {
+            for (std::uint32_t k = 0; k < votes_.configurations.size(); ++k) {
+                if (votes_.configurations[k].kind == kind && looks_[j][k] != 0) {
+                    values.push_back({j, k, looks_[j][k] == side ? 1.0 : 0.0});
+                }
+            }
+        }
+        return crossed_bootstrap(values, static_cast<std::uint32_t>(looks_.size()),
+                                 materials.configurations, materials.count, options_);
+    }
+
+    OverallVotes overall(const VoteStatistics& result, TrialKind kind) const {
+        OverallVotes o{};
+        for (const auto& row : result.configurations) {
+            if (votes_.configurations[row.configuration].kind != kind) {
+                continue;
+            }
+            for (std::size_t option = 0; option < 3; ++option) {
+                o.sides.votes.at(option) += row.sides.votes.at(option);
+            }
+            o.sides.missing += row.sides.missing;
+            o.first_right += row.sides.votes[0] > row.sides.votes[2] ? 1 : 0;
+            o.second_right += row.sides.votes[0] < row.sides.votes[2] ? 1 : 0;
+        }
+        add_shares(o, kind);
+        for (std::size_t j = 0; j < looks_.size(); ++j) {
+            const auto sides = sides_of_judge(j, kind);
+            o.judges_first += sides.votes[0] > sides.votes[2] ? 1 : 0;
+            o.judges_second += sides.votes[0] < sides.votes[2] ? 1 : 0;
+        }
+        o.judges_p = sign_test(o.judges_first, o.judges_second);
+        return o;
+    }
+
+    /// Shares and lead. The same draws give all of them, and the other two follow from those of the
+    /// metrics.
+    void add_shares(OverallVotes& o, TrialKind kind) const {
+        const auto share = [&](std::size_t option) {
+            return static_cast<double>(o.sides.votes.at(option)) /
+                   static_cast<double>(o.sides.answered());
+        };
+        const auto materials = number_materials(votes_, kind);
+        const auto first = bootstrapped(kind, materials, 1);
+        const auto second = bootstrapped(kind, materials, 3);
+        const auto combine = [&](double constant, double of_first, double of_second) {
+            std::vector<double> values;
+            for (std::size_t i = 0; i < first.size(); ++i) {
+                values.push_back(constant + of_first * first[i] + of_second * second[i]);
+            }
+            return values;
+        };
+        const auto leads = combine(0, -1, 1);
+        o.shares = {{{share(0), interval_within(first, 0)},
+                     {share(1), interval_within(combine(1, -1, -1), 0)},
+                     {share(2), interval_within(second, 0)}}};
+        o.lead = {share(2) - share(0), interval_within(leads, -1)};
+        // Draws that are as far from the votes as the votes are from no lead.
+        const auto far = std::ranges::count_if(leads, [&](double lead) {
+            return std::abs(lead - o.lead.value) >= std::abs(o.lead.value);
+        });
+        o.p_value = looks_.size() < 2 || leads.empty()
+                        ? none
+                        : static_cast<double>(far + 1) / static_cast<double>(leads.size() + 1);
+    }
+
+    /// A percentile interval that does not go beyond what the figure can be, `least` to 1.
+    static Interval interval_within(const std::vector<double>& values, double least) {
+        const auto [low, high] = percentile_interval(values);
+        return {std::isnan(low) ? low : std::clamp(low, least, 1.0),
+                std::isnan(high) ? high : std::clamp(high, least, 1.0)};
+    }
+
+    OptionCounts sides_of_judge(std::size_t judge, TrialKind kind) const {
+        OptionCounts sides;
+        for (std::size_t k = 0; k < votes_.configurations.size(); ++k) {
+            if (votes_.configurations[k].kind == kind) {
+                sides.add(looks_[judge][k]);
+            }
+        }
+        return sides;
+    }
+
+    Estimate alpha(const VoteStatistics& result) const {
+        std::vector<UnitCounts> units;
+        for (const auto& row : result.configurations) {
+            if (votes_.configurations[row.configuration].kind == TrialKind::selection) {
+                const auto& votes = row.sides.votes;
+                units.push_back({static_cast<std::uint32_t>(votes[0]),
+                                 static_cast<std::uint32_t>(votes[1]),
+                                 static_cast<std::uint32_t>(votes[2])});
+            }
+        }
+        return ordinal_alpha(units, options_);
+    }
+
+    void add_judges(VoteStatistics& result) const {
+        std::vector<double> all_times;
+        for (std::size_t j = 0; j < votes_.judges.size(); ++j) {
+            JudgeVotes judge{};
+            judge.sides = sides_of_judge(j, TrialKind::selection);
+            std::vector<double> times;
+            for (const auto& ballot : votes_.judges[j].ballots) {
+                judge.trials.add(ballot.shown);
+                if (ballot.shown != 0) {
+                    look_at(ballot, j, judge);
+                    if (ballot.response_ms) {
+                        times.push_back(*ballot.response_ms);
+                    }
+                }
+            }
+            judge.bias.p_value = sign_test(judge.bias.shown.votes[0], judge.bias.shown.votes[2]);
+            judge.times = quartiles(times);
+            all_times.insert(all_times.end(), times.begin(), times.end());
+            add_up(judge, result);
+            result.judges.push_back(judge);
+        }
+        result.bias.p_value = sign_test(result.bias.shown.votes[0], result.bias.shown.votes[2]);
+        result.times = quartiles(all_times);
+    }
+
+    /// What an answered trial says about the judge.
+    void look_at(const Ballot& ballot, std::size_t j, JudgeVotes& judge) const {
+        const auto& configuration = votes_.configurations[ballot.configuration];
+        const auto check = [&](Checks& checks, std::uint8_t expected) {
+            ++checks.answered;
+            checks.passed += ballot.side() == expected ? 1 : 0;
+            checks.opposite += ballot.side() + expected == 4 && expected != 2 ? 1 : 0;
+        };
+        if (ballot.repeat && looks_[j][ballot.configuration] != 0) {
+            check(judge.repeats, looks_[j][ballot.configuration]);
+        }
+        if (configuration.kind == TrialKind::sentinel) {
+            if (!ballot.repeat && configuration.expected != 0) {
+                check(judge.sentinels, configuration.expected);
+            }
+            return;
+        }
+        judge.bias.shown.add(ballot.shown);
+        judge.bias.swapped += ballot.swapped ? 1 : 0;
+    }
+
+    static void add_up(const JudgeVotes& judge, VoteStatistics& result) {
+        for (std::size_t option = 0; option < 3; ++option) {
+            result.bias.shown.votes.at(option) += judge.bias.shown.votes.at(option);
+        }
+        result.bias.swapped += judge.bias.swapped;
+        for (auto [checks, all] :
+             {std::pair(&judge.repeats, &result.repeats), {&judge.sentinels, &result.sentinels}}) {
+            all->answered += checks->answered;
+            all->passed += checks->passed;
+            all->opposite += checks->opposite;
+        }
+    }
+
+    static ResponseTimes quartiles(const std::vector<double>& times) {
+        ResponseTimes result{.count = times.size(), .quartiles = {none, none, none}};
+        if (!times.empty()) {
+            std::vector<double> sorted = times;
+            std::ranges::sort(sorted);
+            result.quartiles = {quantile(sorted, 0.25), quantile(sorted, 0.5),
+                                quantile(sorted, 0.75)};
+        }
+        return result;
+    }
+
+    const Votes& votes_;
+    const BootstrapOptions& options_;
+    std::vector<std::vector<std::uint8_t>> looks_;
+};
+
+}  // namespace
+
+void OptionCounts::add(std::uint8_t vote) {
+    if (vote == 0) {
+        ++missing;
+    } else {
+        ++votes.at(vote - 1U);
+    }
+}
+
+double OptionCounts::mean() const {
+    return static_cast<double>(votes[0] + 2 * votes[1] + 3 * votes[2]) /
+           static_cast<double>(answered());
+}
+
+Estimate Checks::share() const {
+    if (answered == 0) {
+        return {none, {none, none}};
+    }
+    using Binomial = boost::math::binomial_distribution<double>;
+    const auto n = static_cast<double>(answered);
+    const auto k = static_cast<double>(passed);
+    return {k / n,
+            {passed == 0 ? 0 : Binomial::find_lower_bound_on_p(n, k, 0.025),
+             passed == answered ? 1 : Binomial::find_upper_bound_on_p(n, k, 0.025)}};
+}
+
+VoteStatistics vote_statistics(const Votes& votes, const BootstrapOptions& options) {
+    return Statistics(votes, options).compute();
+}
+
+}  // namespace merl::scan
