@@ -1,6 +1,7 @@
 #include "app/describe.h"
 
 #include <fmt/format.h>
+#include <xxhash.h>
 
 #include "app/terminal.h"
 #include "scan/pairs.h"
@@ -40,6 +41,11 @@ nlohmann::ordered_json counts_json(const scan::Counts& counts) {
 
 std::string counted_by(bool streamed) {
     return streamed ? "streaming and inversions" : "inversions";
+}
+
+std::string content_hash(std::string_view bytes) {
+    const auto hash = XXH3_128bits(bytes.data(), bytes.size());
+    return fmt::format("{:016x}{:016x}", hash.high64, hash.low64);
 }
 
 std::string json_text(const nlohmann::ordered_json& json) {

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "scan/agreement.h"
@@ -24,6 +25,9 @@ nlohmann::ordered_json counts_json(const scan::Counts& counts);
 
 /// How they were counted.
 std::string counted_by(bool streamed);
+
+/// What summaries call `content_hash`: XXH3-128 of the bytes, in hexadecimal digits.
+std::string content_hash(std::string_view bytes);
 
 /// The text of a JSON file. Replaces what is no UTF-8, so that a strict reader reads it.
 std::string json_text(const nlohmann::ordered_json& json);

@@ -1,13 +1,13 @@
 #include "app/obtain_distances.h"
 
 #include <fmt/format.h>
-#include <xxhash.h>
 
 #include <algorithm>
 #include <cstdlib>
 #include <utility>
 
 #include "app/commands.h"
+#include "app/describe.h"
 #include "app/open_metrics.h"
 #include "app/options.h"
 #include "app/progress.h"
@@ -88,9 +88,8 @@ ordered_json metric_json(const reflectance::Metric& metric) {
 
 ObtainedDistances compute(const DistanceOptions& options, const MetricNeeds& needs, bool quiet) {
     ObtainedDistances result;
-    result.opened =
-        open_metrics(split_list(options.metrics.value_or(needs.from_database), "--metrics"),
-                     options.device);
+    result.opened = open_metrics(
+        split_list(options.metrics.value_or(needs.from_database), "--metrics"), options.device);
     for (const auto& metric : result.opened) {
         result.metrics.push_back(&metric);
     }
@@ -141,11 +140,10 @@ ObtainedDistances read(const DistanceOptions& options, const MetricNeeds& needs,
     for (const auto& column : result.table.metrics) {
         result.described_metrics.push_back({{"name", as_utf8(column.metric)}});
     }
-    const auto hash = XXH3_128bits(text.data(), text.size());
     result.distance_seconds = watch.lap();
-    result.source = {{"distances",
-                      {{"file", as_utf8(options.distances)},
-                       {"content_hash", fmt::format("{:016x}{:016x}", hash.high64, hash.low64)}}}};
+    result.source = {
+        {"distances",
+         {{"file", as_utf8(options.distances)}, {"content_hash", content_hash(text)}}}};
     result.source_lines = {
         {"distances", options.distances + ", taken as exact"},
         {"materials", fmt::format("{}", fmt::group_digits(result.table.materials()))}};

@@ -1,7 +1,6 @@
 #include "scan/score.h"
 
 #include <fmt/format.h>
-#include <xxhash.h>
 
 #include <algorithm>
 #include <cmath>
@@ -287,8 +286,7 @@ void print_summary(const Options& options, const Outcome& o) {
 
 scan::JudgementFile read_judgements(const Options& options, Outcome& o) {
     const std::string text = scan::read_input(options.judgements);
-    const auto hash = XXH3_128bits(text.data(), text.size());
-    o.content_hash = fmt::format("{:016x}{:016x}", hash.high64, hash.low64);
+    o.content_hash = content_hash(text);
     // The published indices are those of the 100 MERL materials, whatever the database has of them.
     const auto merl = scan::lagunas_order(reflectance::make_abc_database()->materials());
     Progress progress("reading judgements", options.quiet);

@@ -244,14 +244,18 @@ class Statistics {
                     }
                 }
             }
-            judge.bias.p_value = sign_test(judge.bias.shown.votes[0], judge.bias.shown.votes[2]);
+            judge.bias.p_value = p_of(judge.bias);
             judge.times = quartiles(times);
             all_times.insert(all_times.end(), times.begin(), times.end());
             add_up(judge, result);
             result.judges.push_back(judge);
         }
-        result.bias.p_value = sign_test(result.bias.shown.votes[0], result.bias.shown.votes[2]);
+        result.bias.p_value = p_of(result.bias);
         result.times = quartiles(all_times);
+    }
+
+    static double p_of(const SideBias& bias) {
+        return bias.swapped == 0 ? none : sign_test(bias.shown.votes[0], bias.shown.votes[2]);
     }
 
     /// What an answered trial says about the judge.

@@ -54,7 +54,9 @@ struct Checks {
 struct SideBias {
     OptionCounts shown;         ///< as on the screen
     std::uint64_t swapped = 0;  ///< answered trials with exchanged sides
-    double p_value = 1;         ///< exact sign test of left against right
+    /// Exact sign test of left against right. Not a number where no sides were exchanged: then the
+    /// left is always the first metric's side.
+    double p_value;
 };
 
 /// One judge. Sides are of the first looks at configurations of the selection.

@@ -1,0 +1,303 @@
+#include <fmt/format.h>
+
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "app/commands.h"
+#include "app/describe.h"
+#include "app/exit_status.h"
+#include "app/interrupt.h"
+#include "app/options.h"
+#include "app/output_directory.h"
+#include "app/terminal.h"
+#include "app/version.h"
+#include "app/votes_json.h"
+#include "app/votes_report.h"
+#include "scan/csv.h"
+#include "scan/input.h"
+#include "scan/survey_file.h"
+#include "scan/uniform_test.h"
+#include "scan/vote_statistics.h"
+#include "scan/vote_tables.h"
+
+namespace merl::app {
+namespace {
+
+using nlohmann::ordered_json;
+
+struct Options {
+    std::vector<std::string> files;
+    std::string selection;
+    std::string kit;
+    std::vector<std::string> survey;
+    std::string spheres;
+    std::string out = "merl-scan-votes";
+    scan::BootstrapOptions bootstrap{.replicates = 10'000};
+    bool thesis = false;
+    bool force = false;
+    bool quiet = false;
+};
+
+/// What was read, and where it is from.
+struct Inputs {
+    scan::Votes votes;
+    std::vector<scan::SurveyAnswer> survey;
+    ordered_json sources;
+};
+
+Inputs read_inputs(const Options& options) {
+    Inputs inputs;
+    const auto read = [](const std::string& path, ordered_json& place) {
+        std::string text = scan::read_input(path);
+        place = {{"file", as_utf8(path)}, {"content_hash", content_hash(text)}};
+        return text;
+    };
+    auto& sources = inputs.sources;
+    const auto selection =
+        scan::parse_selection(read(options.selection, sources["selection"]), options.selection);
+    const auto selection_hash = sources["selection"]["content_hash"].get<std::string>();
+    std::optional<scan::VoteKit> kit;
+    if (!options.kit.empty()) {
+        kit = scan::parse_vote_kit(read(options.kit, sources["kit"]), options.kit);
+    }
+    std::vector<scan::VoteFile> files;
+    sources["votes"] = ordered_json::array();
+    for (const auto& path : options.files) {
+        ordered_json source;
+        files.push_back(scan::parse_votes(read(path, source), path));
+        sources["votes"].push_back(source);
+        throw_if_interrupted();
+    }
+    inputs.votes = scan::gather_votes(selection, selection_hash, kit ? &*kit : nullptr, files);
+    for (const auto& path : options.survey) {
+        ordered_json source;
+        scan::parse_survey(read(path, source), path, inputs.survey);
+        sources["survey"].push_back(source);
+    }
+    return inputs;
+}
+
+void print(const std::string& text) {
+    print_line(text, kResultsAreThere);
+}
+
+void print_line_of(const std::string& name, const std::string& text) {
+    print(fmt::format("{:<16}{}", name, text));
+}
+
+std::string share_text(const scan::Estimate& share) {
+    const auto& [low, high] = share.interval;
+    return std::isnan(share.value) ? "-"
+           : std::isnan(low)       ? fmt::format("{:.3f}", share.value)
+                                   : fmt::format("{:.3f} [{:.3f}, {:.3f}]", share.value, low, high);
+}
+
+std::string p_text(double p) {
+    return std::isnan(p) ? "-" : fmt::format("{:.2g}", p);
+}
+
+void print_overall(const std::string& name, const scan::Votes& votes, const scan::OverallVotes& o) {
+    const auto line = [&](const std::string& side, std::size_t option) {
+        print_line_of(
+            "", fmt::format("{:<24}{:>8}  {}", side, fmt::group_digits(o.sides.votes.at(option)),
+                            share_text(o.shares.at(option))));
+    };
+    print_line_of(name, fmt::format("{} votes, {} missing", fmt::group_digits(o.sides.answered()),
+                                    fmt::group_digits(o.sides.missing)));
+    line(votes.first_metric + " right", 0);
+    line("equal", 1);
+    line(votes.second_metric + " right", 2);
+    print_line_of("", fmt::format("majorities: {} {}, {} {}", votes.first_metric, o.first_right,
+                                  votes.second_metric, o.second_right));
+    print_line_of(
+        "", fmt::format("overall p {} (judges and materials as clusters); judges {} to "
+                        "{}, sign test p {}",
+                        p_text(o.p_value), o.judges_first, o.judges_second, p_text(o.judges_p)));
+}
+
+void print_significance(const scan::Votes& votes, const ordered_json& json) {
+    const auto& s = json["significance"];
+    const auto counts = [&](const char* how) {
+        return fmt::format("{} {}, {} {}", votes.second_metric, s[how][1].get<std::uint64_t>(),
+                           votes.first_metric, s[how][0].get<std::uint64_t>());
+    };
+    print_line_of("significant", fmt::format("of {} configurations at {}, one by one: {}",
+                                             s["configurations"].get<std::uint64_t>(),
+                                             scan::significance, counts("alone")));
+    print_line_of("", fmt::format("with Holm's correction for all of them: {}", counts("holm")));
+    const auto& fewest = s["fewest_judges_by_equal_votes"];
+    if (!fewest.empty() && fewest[0].is_number()) {
+        print_line_of("",
+                      fmt::format("which takes {} judges or more who all say the same, {} if one "
+                                  "of them says equal",
+                                  fewest[0].get<std::uint64_t>(), fewest[1].get<std::uint64_t>()));
+    }
+}
+
+void print_judges(const scan::Votes& votes, const scan::VoteStatistics& statistics) {
+    const auto& shown = statistics.bias.shown.votes;
+    print_line_of("screen sides",
+                  statistics.bias.swapped == 0
+                      ? fmt::format("left {}, equal {}, right {}; sides were not exchanged, so a "
+                                    "side bias cannot be told from the metrics",
+                                    shown[0], shown[1], shown[2])
+                      : fmt::format("left {}, equal {}, right {}; sign test p {}", shown[0],
+                                    shown[1], shown[2], p_text(statistics.bias.p_value)));
+    if (statistics.repeats.answered > 0) {
+        print_line_of("repeats", fmt::format("{} of {} as the first time, {}; {} the opposite",
+                                             statistics.repeats.passed, statistics.repeats.answered,
+                                             share_text(statistics.repeats.share()),
+                                             statistics.repeats.opposite));
+    }
+    if (!statistics.sentinels_known) {
+        print_line_of("sentinels", "their answers are in kit.json: give it with --kit");
+    } else if (statistics.sentinels.answered > 0) {
+        print_line_of(
+            "sentinels",
+            fmt::format("{} of {} failed, {} passed",
+                        statistics.sentinels.answered - statistics.sentinels.passed,
+                        statistics.sentinels.answered, share_text(statistics.sentinels.share())));
+    }
+    print_line_of("agreement",
+                  fmt::format("Krippendorff's alpha {} (ordinal)", share_text(statistics.alpha)));
+    if (statistics.times.count > 0) {
+        print_line_of("response", fmt::format("median {:.1f} s, quartiles {:.1f} and {:.1f} s",
+                                              statistics.times.quartiles[1] / 1000,
+                                              statistics.times.quartiles[0] / 1000,
+                                              statistics.times.quartiles[2] / 1000));
+    }
+    for (std::size_t j = 0; j < votes.judges.size(); ++j) {
+        const auto& judge = statistics.judges[j];
+        if (judge.trials.missing > 0) {
+            print_line_of("missing", fmt::format("{}: {} of {} trials", votes.judges[j].name,
+                                                 judge.trials.missing, votes.trials));
+        }
+    }
+}
+
+void print_summary(const Options& options, const Inputs& inputs,
+                   const scan::VoteStatistics& statistics, const ordered_json& json) {
+    const auto& votes = inputs.votes;
+    print_line_of("judges", fmt::format("{}, {} trials each{}", votes.judges.size(),
+                                        fmt::group_digits(votes.trials),
+                                        votes.with_kit ? "" : "; not checked against a kit"));
+    print_line_of("metrics", fmt::format("{}, {}", votes.first_metric, votes.second_metric));
+    print_overall("selection", votes, statistics.selection);
+    if (statistics.random) {
+        print_overall("random", votes, *statistics.random);
+    }
+    print_significance(votes, json);
+    print_judges(votes, statistics);
+    print_line_of("intervals", fmt::format("95 %, {} bootstrap samples, seed {}",
+                                           fmt::group_digits(options.bootstrap.replicates),
+                                           options.bootstrap.seed));
+    print_line_of("results", options.out + ": open votes.html in a browser");
+}
+
+int print_thesis(const Options& options) {
+    const auto inputs = read_inputs(options);
+    const auto statistics = scan::vote_statistics(inputs.votes, {.replicates = 0});
+    std::string table = scan::thesis_table(inputs.votes, statistics);
+    while (!table.empty()) {
+        const auto end = table.find('\n');
+        print_line(table.substr(0, end));
+        table.erase(0, end + 1);
+    }
+    return kSuccess;
+}
+
+int run(const Options& options) {
+    if (options.thesis) {
+        return print_thesis(options);
+    }
+    std::vector<std::string> owned = {"configurations.csv", "judges.csv", "judgements.csv",
+                                      "survey.csv",         "votes.html", "summary.json"};
+    OutputDirectory out(options.out, options.force, owned);
+    const auto inputs = read_inputs(options);
+    const auto statistics = scan::vote_statistics(inputs.votes, options.bootstrap);
+    throw_if_interrupted();
+    ordered_json summary = {{"program", {{"name", "merl-scan"}, {"version", kVersion}}}};
+    summary.update(inputs.sources);
+    summary["kit_hash"] = as_utf8(inputs.votes.kit_hash);
+    summary["bootstrap"] = {{"replicates", options.bootstrap.replicates},
+                            {"seed", options.bootstrap.seed},
+                            {"interval", "percentile, 95 %"}};
+    summary["figures"] = votes_json(inputs.votes, statistics);
+    const std::string report = votes_report(summary, inputs.votes, inputs.survey, options.spheres);
+    out.write("configurations.csv",
+              [&](int file) { scan::write_configuration_votes(file, inputs.votes, statistics); });
+    out.write("judges.csv",
+              [&](int file) { scan::write_judge_votes(file, inputs.votes, statistics); });
+    out.write("judgements.csv",
+              [&](int file) { scan::write_judgements(file, inputs.votes, statistics); });
+    out.write("survey.csv", [&](int file) { scan::write_survey(file, inputs.survey); });
+    out.write("votes.html", [&](int file) { scan::write_all(file, report); });
+    out.write("summary.json", [&](int file) { scan::write_all(file, json_text(summary)); });
+    throw_if_interrupted();
+    out.commit();
+    if (!options.quiet) {
+        print_summary(options, inputs, statistics, summary["figures"]);
+    }
+    return kSuccess;
+}
+
+}  // namespace
+
+void add_votes(CLI::App& program, Command& chosen) {
+    auto options = std::make_shared<Options>();
+    auto* command = program.add_subcommand("votes", "What the votes of judges prove");
+    command
+        ->add_option("files", options->files, "The votes that the kit's page saved, a file a judge")
+        ->required()
+        ->transform(not_empty());
+    command->add_option("--selection", options->selection, "The selection.csv that was judged")
+        ->required()
+        ->transform(not_empty());
+    command
+        ->add_option(
+            "--kit", options->kit,
+            "kit.json of the kit: what every judge was to be shown, and what the answers to "
+            "sentinels are")
+        ->transform(not_empty());
+    command
+        ->add_option("--survey", options->survey,
+                     "The survey answers that the page saved, a file a judge")
+        ->transform(not_empty());
+    command
+        ->add_option("--spheres", options->spheres,
+                     "A directory of sphere images, MATERIAL.png, to show in the report")
+        ->transform(not_empty());
+    auto* out = command->add_option("--out", options->out, "The directory to make")
+                    ->transform(not_empty())
+                    ->capture_default_str();
+    command
+        ->add_flag("--thesis", options->thesis, "Print the table of the thesis and write nothing")
+        ->excludes(out);
+    command
+        ->add_option("--replicates", options->bootstrap.replicates,
+                     "Bootstrap samples for the intervals; 0 for none")
+        ->transform(whole_number(0, 1'000'000))
+        ->capture_default_str();
+    command->add_option("--seed", options->bootstrap.seed, "Which samples those are")
+        ->transform(whole_number(0, std::numeric_limits<std::uint64_t>::max()))
+        ->capture_default_str();
+    command->add_flag("--force", options->force, "Replace the results in an existing directory");
+    command->add_flag("--quiet", options->quiet, "No summary");
+    command->footer(
+        "Writes configurations.csv, judges.csv, judgements.csv (for score --judgements), "
+        "survey.csv,\n"
+        "votes.html and summary.json (docs/experiment.md).\n"
+        "\n"
+        "Examples:\n"
+        "  merl-scan votes kit-votes/*.csv --selection results/selection.csv --kit kit/kit.json\n"
+        "  merl-scan votes kit-votes/*.csv --selection results/selection.csv --thesis");
+    command->callback([&chosen, options] { chosen = [options] { return run(*options); }; });
+}
+
+}  // namespace merl::app

@@ -1,0 +1,81 @@
+#include "app/votes_report.h"
+
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <set>
+#include <string_view>
+
+#include "app/page.h"
+#include "app/terminal.h"
+#include "app/votes_page_html.h"
+#include "scan/input.h"
+
+namespace merl::app {
+namespace {
+
+using nlohmann::ordered_json;
+
+/// A sphere is a small image; all of them are in the page.
+constexpr std::size_t kMostImageBytes = std::size_t{4} << 20U;
+
+std::string base64(std::string_view bytes) {
+    constexpr std::string_view kDigits =
+        "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    std::string text;
+    text.reserve((bytes.size() + 2) / 3 * 4);
+    for (std::size_t i = 0; i < bytes.size(); i += 3) {
+        const auto part = bytes.substr(i, 3);
+        unsigned bits = 0;
+        for (std::size_t b = 0; b < 3; ++b) {
+            bits = bits << 8U | (b < part.size() ? static_cast<unsigned char>(part[b]) : 0U);
+        }
+        for (std::size_t digit = 0; digit < 4; ++digit) {
+            text += digit > part.size() ? '=' : kDigits[bits >> (18U - 6U * digit) & 63U];
+        }
+    }
+    return text;
+}
+
+/// The images of all materials, as the page embeds them.
+ordered_json images(const scan::Votes& votes, const std::filesystem::path& directory) {
+    constexpr std::string_view kSignature = "\x89PNG\r\n\x1a\n";
+    std::set<std::string> materials;
+    for (const auto& configuration : votes.configurations) {
+        materials.insert(configuration.materials.begin(), configuration.materials.end());
+    }
+    ordered_json result = ordered_json::object();
+    for (const auto& material : materials) {
+        const auto path = directory / (material + ".png");
+        // A name is the name of a file in this directory or it has no image.
+        if (material.find('/') != std::string::npos || !std::filesystem::exists(path)) {
+            continue;
+        }
+        const std::string image = scan::read_input(path.string());
+        if (!image.starts_with(kSignature)) {
+            throw scan::InputError(path.string() + ": found no PNG image; expected one");
+        }
+        if (image.size() > kMostImageBytes) {
+            throw scan::InputError(fmt::format("{}: has {} bytes; expected {} or fewer",
+                                               path.string(), image.size(), kMostImageBytes));
+        }
+        result[as_utf8(material)] = "data:image/png;base64," + base64(image);
+    }
+    return result;
+}
+
+}  // namespace
+
+std::string votes_report(const ordered_json& summary, const scan::Votes& votes,
+                         const std::vector<scan::SurveyAnswer>& survey,
+                         const std::string& spheres) {
+    ordered_json data = summary;
+    data["survey"] = ordered_json::array();
+    for (const auto& [judge, question, answer] : survey) {
+        data["survey"].push_back({as_utf8(judge), as_utf8(question), as_utf8(answer)});
+    }
+    data["images"] = spheres.empty() ? ordered_json::object() : images(votes, spheres);
+    return fill_page(kVotesPage, data);
+}
+
+}  // namespace merl::app

@@ -1,0 +1,24 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace merl::scan {
+
+/// What a judge answered to a question after the votes.
+struct SurveyAnswer {
+    std::string judge;
+    std::string question;
+    std::string answer;  ///< anything
+};
+
+/// Reads answers from CSV (csv_reader.h) with the columns judge,question,answer and appends them.
+/// Throws InputError.
+void parse_survey(std::string_view text, const std::string& file,
+                  std::vector<SurveyAnswer>& answers);
+
+/// Writes the same columns; every text is csv_free_text. Throws std::system_error.
+void write_survey(int file, const std::vector<SurveyAnswer>& answers);
+
+}  // namespace merl::scan

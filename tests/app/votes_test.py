@@ -1,0 +1,281 @@
+"""merl-scan votes and power: judges' files, through to tables, report and score."""
+
+import csv
+import itertools
+import json
+import os
+import random
+
+import support
+from browser import CHROMIUM, Browser
+from distances_test import write_table
+from support import INPUT, USAGE, Case, read_csv, read_json
+
+COLUMNS = ["judge", "trial", "configuration", "kind", "left_1", "left_2", "right_1", "right_2",
+           "swapped", "vote", "response_ms", "seed", "kit_hash"]
+FILES = ["configurations.csv", "judgements.csv", "judges.csv", "summary.json", "survey.csv",
+         "votes.html"]
+
+# The votes of the thesis: 85 configurations with 3,3,3,3,3 and so on.
+THESIS = ["33333"] * 85 + ["33332"] * 13 + ["33322", "33331"]
+
+HOSTILE = ["=1+1", '</script><script>document.title="hit"</script>', "<img src=x onerror=alert(1)>",
+           'a "quoted", name', "ä\u202e", "%DATA%", "../../etc/passwd", "x\x07y"]
+
+
+def write_rows(path, header, rows):
+    with open(path, "w", newline="", encoding="utf-8") as file:
+        csv.writer(file).writerows([header, *rows])
+
+
+class Votes(Case):
+    def setUp(self):
+        super().setUp()
+        self.random = random.Random(11)
+
+    def select(self, materials, count=100):
+        """A selection under two made-up metrics; returns its rows."""
+        write_table(self.work / "t.csv", ["one", "two"], materials,
+                    lambda _: self.random.lognormvariate(0, 1))
+        results = self.scan("--distances", "t.csv", "--select", str(count), out="scan")
+        self.selection = results / "selection.csv"
+        return read_csv(self.selection)[1]
+
+    def trials(self, rows, side, swap=lambda: False, kind="selection"):
+        """Rows of a vote file without the judge: side(i) is the un-randomised vote."""
+        made = []
+        for i, row in enumerate(rows):
+            swapped = swap()
+            pairs = [row[1:3], row[3:5]]
+            for pair in pairs:
+                self.random.shuffle(pair)
+            left, right = reversed(pairs) if swapped else pairs
+            vote = side(i)
+            vote = "" if vote is None else 4 - vote if swapped else vote
+            made.append([row[0], kind, *left, *right, int(swapped), vote,
+                         round(self.random.uniform(800, 5000), 1)])
+        return made
+
+    def write_judge(self, name, trials, file=None, kit="kit-1"):
+        path = self.work / (file or f"{name}.csv")
+        write_rows(path, COLUMNS, [[name, i + 1, *trial, 7, kit] for i, trial in enumerate(trials)])
+        return path.name
+
+    def write_thesis(self):
+        rows = self.select([f"m{i:02}" for i in range(45)])
+        self.assertEqual(len(rows), 100)
+        # Votes that differ fall on another judge each time.
+        return [self.write_judge(f"judge {j}", self.trials(rows, lambda k: int(THESIS[k][(j + k) % 5])))
+                for j in range(5)]
+
+    def test_the_thesis(self):
+        files = self.write_thesis()
+        table = self.assert_success("votes", *files, "--selection", self.selection, "--thesis")
+        for line in ("33333  3.00               85  0.0041", "33332  2.80               13  0.0247",
+                     "33322  2.60                1  0.0864", "33331  2.60                1  0.0864",
+                     "option 1 (one)  1", "option 2 (equal)  15", "option 3 (two)  484",
+                     "98 of 100 configurations favour two at 0.05"):
+            self.assertIn(line, table)
+        self.assertFalse((self.work / "merl-scan-votes").exists())
+        output = self.assert_success("votes", *files, "--selection", self.selection, "--out", "out")
+        self.assertIn("one by one: two 98, one 0", output)
+        self.assertIn("with Holm's correction for all of them: two 0, one 0", output)
+        self.assertIn("takes 7 judges or more who all say the same, 10 if", output)
+        self.assertEqual(sorted(os.listdir(self.work / "out")), FILES)
+        header, rows = read_csv(self.work / "out" / "configurations.csv")
+        rows = [dict(zip(header, row)) for row in rows]
+        self.assertEqual(sum(row["favours"] == "two" for row in rows), 98)
+        self.assertEqual({round(float(row["p_two"]), 4) for row in rows}, {0.0041, 0.0247, 0.0864})
+        self.assertTrue(all(float(row["p_two_holm"]) > 0.05 for row in rows))
+        figures = read_json(self.work / "out" / "summary.json")["figures"]
+        self.assertEqual(figures["selection"]["votes"], [1, 15, 484])
+        self.assertEqual(figures["significance"]["fewest_judges_by_equal_votes"], [7, 10, 11])
+        self.assertIsNone(figures["side_bias"]["p_value"])
+
+    def experiment(self):
+        """A whole experiment with a kit: judges who are right with 0.75, equal with 0.1, and press
+        the left key in a tenth of the trials."""
+        rows = self.select([f"m{i:02}" for i in range(30)], 60)
+        names = [f"m{i:02}" for i in range(30)]
+        others = [[str(61 + i), *self.random.sample(names, 4)] for i in range(15)]
+        sentinels, lots = others[:10], others[10:]
+        repeats = self.random.sample(rows, 10)
+        trials = []
+        for kind, some in (("selection", rows), ("repeat", repeats), ("sentinel", sentinels),
+                           ("random", lots)):
+            for row in some:
+                trials.append({"configuration": int(row[0]), "kind": kind, "left": row[1:3],
+                               "right": row[3:5], "agreement": 0.5})
+                if kind == "sentinel":
+                    trials[-1]["expected"] = 1
+        summary = self.assert_success("votes", self.write_judge("probe", self.trials(rows, lambda _: 3)),
+                                      "--selection", self.selection, "--out", "probe", "--quiet")
+        self.assertEqual(summary, "")
+        selection_hash = read_json(self.work / "probe" / "summary.json")["selection"]["content_hash"]
+        kit = {"kit_hash": "kit-1", "seed": 7, "selection_hash": selection_hash,
+               "metrics": ["one", "two"], "trials": trials}
+        (self.work / "kit.json").write_text(json.dumps(kit))
+        files = []
+        for j in range(12):
+            made = []
+            for kind, some in (("selection", rows), ("repeat", repeats), ("sentinel", sentinels),
+                               ("random", lots)):
+                for trial in self.trials(some, lambda _, kind=kind: self.answer(kind),
+                                         lambda: self.random.random() < 0.5, kind):
+                    if self.random.random() < 0.1:
+                        trial[7] = 1
+                    made.append(trial)
+            self.random.shuffle(made)
+            files.append(self.write_judge(f"judge {j}", made))
+        return files, rows
+
+    def answer(self, kind):
+        if kind == "sentinel":
+            return 1
+        return self.random.choices([3, 2, 1], [0.75, 0.1, 0.15])[0]
+
+    def test_simulated_judges(self):
+        files, rows = self.experiment()
+        self.assert_success("votes", *files, "--selection", self.selection, "--kit", "kit.json",
+                            "--out", "out")
+        figures = read_json(self.work / "out" / "summary.json")["figures"]
+        # A tenth of the votes is left whatever was to be said: half of them for either metric.
+        for share, truth in zip(figures["selection"]["shares"], (0.185, 0.09, 0.725)):
+            self.assertLessEqual(share["low"], truth)
+            self.assertGreaterEqual(share["high"], truth)
+        self.assertLess(figures["selection"]["p_value"], 0.01)
+        self.assertEqual(figures["random"]["missing"], 0)
+        self.assertEqual(sum(figures["random"]["votes"]), 12 * 5)
+        bias = figures["side_bias"]
+        self.assertGreater(bias["left"], bias["right"])
+        self.assertLess(bias["p_value"], 0.05)
+        # Two independent answers: the same with 0.725^2 + 0.09^2 + 0.185^2 and a little more.
+        self.assertEqual(figures["repeats"]["answered"], 120)
+        self.assertLess(figures["repeats"]["share"]["low"], 0.57)
+        self.assertGreater(figures["repeats"]["share"]["high"], 0.57)
+        # Sentinels fail where the left key was pressed and left was wrong.
+        self.assertEqual(figures["sentinels"]["answered"], 120)
+        self.assertLess(figures["sentinels"]["share"]["low"], 0.95)
+        self.assertGreater(figures["sentinels"]["share"]["high"], 0.95)
+        self.assertEqual(figures["response_ms"]["count"], 12 * 85)
+        # What score makes of the same votes.
+        self.assert_success("score", "--judgements", "out/judgements.csv", "--distances", "t.csv",
+                            "--out", "score")
+        score = read_json(self.work / "score" / "summary.json")
+        votes = [a + b for a, b in zip(figures["selection"]["votes"], figures["random"]["votes"])]
+        self.assertEqual(score["judgements"]["votes"], sum(votes))
+        self.assertEqual(score["judgements"]["equal_votes"], votes[1])
+        # The same votes give the same results, bit for bit, and another seed other intervals.
+        self.assert_success("votes", *files, "--selection", self.selection, "--kit", "kit.json",
+                            "--out", "again")
+        for name in FILES:
+            self.assertEqual((self.work / "out" / name).read_bytes(),
+                             (self.work / "again" / name).read_bytes())
+        self.assert_success("votes", *files, "--selection", self.selection, "--kit", "kit.json",
+                            "--out", "again", "--force", "--seed", "2")
+        other = read_json(self.work / "again" / "summary.json")["figures"]
+        self.assertNotEqual(other["selection"]["lead"], figures["selection"]["lead"])
+
+    def test_missing_trials_count(self):
+        rows = self.select([f"m{i}" for i in range(9)], 20)
+        count = len(rows)
+        half = self.write_judge("half", self.trials(rows[:5], lambda k: 3 if k else None))
+        whole = self.write_judge("whole", self.trials(rows, lambda _: 3))
+        output = self.assert_success("votes", half, whole, "--selection", self.selection, "--out",
+                                     "out")
+        self.assertIn(f"half: {count - 4} of {count} trials", output)
+        header, judges = read_csv(self.work / "out" / "judges.csv")
+        self.assertEqual([dict(zip(header, row))["missing"] for row in judges], [str(count - 4), "0"])
+        header, table = read_csv(self.work / "out" / "configurations.csv")
+        self.assertEqual([dict(zip(header, row))["missing"] for row in table],
+                         ["1" if k == 0 or k >= 5 else "0" for k in range(count)])
+
+    def test_bad_votes(self):
+        rows = self.select([f"m{i}" for i in range(8)], 10)
+        good = self.write_judge("good", self.trials(rows, lambda _: 3))
+
+        def refused(words, *files, selection=None, status=INPUT, options=()):
+            self.assert_refused(status, words, "votes", *files, "--selection",
+                                selection or self.selection, *options)
+
+        refused(["good.csv", "judge \"good\"", "once"], good, good)
+        refused(["other.csv", "kit-2", "kit-1"], good,
+                self.write_judge("other", self.trials(rows, lambda _: 3), kit="kit-2"))
+        bad = self.trials(rows, lambda _: 3)
+        bad[3][7] = 4
+        refused(["bad.csv, line 5", "vote: found \"4\""], self.write_judge("bad", bad))
+        bad[3][7] = 3
+        bad[3][2] = "gold"
+        refused(["bad.csv, line 5", "gold", "configuration 4"], self.write_judge("bad", bad))
+        header, table = read_csv(self.selection)
+        write_rows(self.work / "empty.csv", header, [])
+        refused(["empty.csv", "no row"], good, selection="empty.csv")
+        refused(["nothing.csv", "cannot be opened"], good, selection="nothing.csv")
+        refused(["nothing.csv", "cannot be opened"], "nothing.csv")
+        (self.work / "kit.json").write_text('{"kit_hash": "kit-1"}')
+        refused(["kit.json", "metrics"], good, options=["--kit", "kit.json"])
+        (self.work / "survey.csv").write_text("who,what\n")
+        refused(["survey.csv", "judge,question,answer"], good, options=["--survey", "survey.csv"])
+        (self.work / "spheres").mkdir()
+        (self.work / "spheres" / "m0.png").write_text("no image")
+        refused(["m0.png", "no PNG"], good, options=["--spheres", "spheres"])
+        refused(["--thesis excludes --out"], good, status=USAGE, options=["--thesis", "--out", "x"])
+        self.assert_refused(USAGE, ["files"], "votes", "--selection", self.selection)
+
+    def test_report(self):
+        """votes.html in a browser, with texts that would be markup or a formula."""
+        if CHROMIUM is None:
+            raise AssertionError("there is no chromium; scripts/setup.sh installs it")
+        rows = self.select(HOSTILE, 20)
+        files = [self.write_judge(name, self.trials(rows, lambda _: self.answer("selection"),
+                                                    lambda: self.random.random() < 0.5),
+                                  file=f"judge-{i}.csv") for i, name in enumerate(HOSTILE)]
+        write_rows(self.work / "answers.csv", ["judge", "question", "answer"],
+                   [[name, "comment", f"{other}\n=SUM(A1)"]
+                    for name, other in itertools.pairwise(HOSTILE)])
+        self.assert_success("votes", *files, "--selection", self.selection, "--survey",
+                            "answers.csv", "--out", "out")
+        for name in "judges.csv", "survey.csv":
+            self.assertNotIn("\n=", (self.work / "out" / name).read_text().replace("\n=SUM", ""))
+        self.assertEqual(read_csv(self.work / "out" / "judges.csv")[1][0][0], "'=1+1")
+        page = self.work / "out" / "votes.html"
+        with Browser() as browser:
+            for width in 1200, 360:
+                browser.open(page, width=width)
+                self.assertEqual(browser.complaints(), [])
+                self.assertEqual(browser.requests(), [page.resolve().as_uri()])
+                self.assertEqual(browser.run("document.title"), "What the judges say")
+                self.assertEqual(browser.run("document.querySelectorAll('#rows li').length"), len(rows))
+                self.assertEqual(browser.run("document.querySelectorAll('#p-plot circle').length"),
+                                 len(rows))
+                self.assertLessEqual(browser.run("document.documentElement.scrollWidth"), width)
+            judges = browser.run("[...document.querySelectorAll('#judges td.name')].map(c => c.textContent)")
+            self.assertEqual(judges, HOSTILE)
+            answers = browser.text("#survey")
+            for text in HOSTILE[1:]:
+                self.assertIn(text, answers)
+            browser.run("(s => { s.value = 'share'; s.dispatchEvent(new Event('change')); })"
+                        "(document.getElementById('order'))")
+            shares = browser.run("[...document.querySelectorAll('#rows .bar')].map(b => b.title)")
+            counts = [[int(part.split()[-1]) for part in text.split(", ")] for text in shares]
+            leads = [two - one for one, _, two, _ in counts]
+            self.assertEqual(leads, sorted(leads, reverse=True))
+
+    def test_power(self):
+        output = self.assert_success("power", "--judges", "6:8", "--configurations", "100", "--p", "1")
+        lines = [line.split() for line in output.splitlines()]
+        self.assertIn(["6", "1.000", "0.000"], lines)
+        self.assertIn(["7", "1.000", "1.000"], lines)
+        self.assertIn("100 configurations: 7 judges", output)
+        for options, words in ((["--judges", "5:4"], ["FROM first", "5:4"]),
+                               (["--judges", "0"], ["from 1 to", "\"0\""]),
+                               (["--judges", "5:x"], ["5:x"]),
+                               (["--configurations", "1:2:3"], ["1:2:3"]),
+                               (["--p", "1.5"], ["--p", "1.5"]),
+                               (["--p", "nan"], ["--p", "nan"]),
+                               (["--p", "0.9", "--equal", "0.2"], ["sum of 1"])):
+            self.assert_refused(USAGE, words, "power", *options)
+
+
+if __name__ == "__main__":
+    support.main()
