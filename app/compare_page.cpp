@@ -104,7 +104,7 @@ ordered_json page_data(const ObtainedDistances& obtained, const scan::Comparison
 
 std::string compare_page(const ObtainedDistances& obtained,
                          const scan::ComparisonResult& compared) {
-    return fill_page(kComparePage, page_data(obtained, compared));
+    return filled_in(kComparePage, "%DATA%", script_json(page_data(obtained, compared)));
 }
 
 }  // namespace merl::app

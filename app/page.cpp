@@ -3,17 +3,13 @@
 #include <fmt/format.h>
 
 #include <stdexcept>
-#include <string_view>
 
 namespace merl::app {
-namespace {
 
-using nlohmann::ordered_json;
-
-/// JSON that can stand in a script element: nothing in it begins or ends a tag or a comment.
-std::string script_json(const ordered_json& json) {
+std::string script_json(const nlohmann::ordered_json& json) {
     std::string text;
-    for (const char c : json.dump(-1, ' ', true, ordered_json::error_handler_t::replace)) {
+    for (const char c :
+         json.dump(-1, ' ', true, nlohmann::ordered_json::error_handler_t::replace)) {
         // These occur inside strings only.
         if (c == '<' || c == '>' || c == '&') {
             text += fmt::format("\\u{:04x}", static_cast<unsigned>(c));
@@ -24,15 +20,12 @@ std::string script_json(const ordered_json& json) {
     return text;
 }
 
-}  // namespace
-
-std::string fill_page(std::string page, const ordered_json& data) {
-    constexpr std::string_view kPlace = "%DATA%";
-    const auto place = page.find(kPlace);
-    if (place == std::string::npos) {
-        throw std::logic_error("a page has no place for its data");
+std::string filled_in(std::string page, std::string_view place, const std::string& text) {
+    const auto at = page.find(place);
+    if (at == std::string::npos) {
+        throw std::logic_error(fmt::format("the page has no place for its {}", place));
     }
-    return page.replace(place, kPlace.size(), script_json(data));
+    return page.replace(at, place.size(), text);
 }
 
 }  // namespace merl::app

@@ -2,11 +2,15 @@
 
 #include <nlohmann/json.hpp>
 #include <string>
+#include <string_view>
 
 namespace merl::app {
 
-/// A page of results: an HTML template with %DATA% in a script element, where `data` is put.
-/// Nothing in the data can end the element, whatever texts it has.
-std::string fill_page(std::string page, const nlohmann::ordered_json& data);
+/// JSON that can stand in a script element: nothing in it begins or ends a tag or a comment.
+std::string script_json(const nlohmann::ordered_json& json);
+
+/// The page with `text` in the one place called `place`. Throws std::logic_error where it is
+/// missing.
+std::string filled_in(std::string page, std::string_view place, const std::string& text);
 
 }  // namespace merl::app

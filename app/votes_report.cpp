@@ -75,7 +75,7 @@ std::string votes_report(const ordered_json& summary, const scan::Votes& votes,
         data["survey"].push_back({as_utf8(judge), as_utf8(question), as_utf8(answer)});
     }
     data["images"] = spheres.empty() ? ordered_json::object() : images(votes, spheres);
-    return fill_page(kVotesPage, data);
+    return filled_in(kVotesPage, "%DATA%", script_json(data));
 }
 
 }  // namespace merl::app

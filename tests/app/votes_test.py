@@ -219,7 +219,7 @@ class Votes(Case):
         (self.work / "spheres").mkdir()
         (self.work / "spheres" / "m0.png").write_text("no image")
         refused(["m0.png", "no PNG"], good, options=["--spheres", "spheres"])
-        refused(["--thesis excludes --out"], good, status=USAGE, options=["--thesis", "--out", "x"])
+        refused(["--out excludes --thesis"], good, status=USAGE, options=["--thesis", "--out", "x"])
         self.assert_refused(USAGE, ["files"], "votes", "--selection", self.selection)
 
     def test_report(self):
