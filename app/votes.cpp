@@ -44,21 +44,20 @@ struct Options {
     bool quiet = false;
 };
 
-/// What was read, and where it is from.
+/// What was read.
 struct Inputs {
     scan::Votes votes;
     std::vector<scan::SurveyAnswer> survey;
-    ordered_json sources;
 };
 
-Inputs read_inputs(const Options& options) {
+/// `sources` gets the names and hashes of the files.
+Inputs read_inputs(const Options& options, ordered_json& sources) {
     Inputs inputs;
     const auto read = [](const std::string& path, ordered_json& place) {
         std::string text = scan::read_input(path);
         place = {{"file", as_utf8(path)}, {"content_hash", content_hash(text)}};
         return text;
     };
-    auto& sources = inputs.sources;
     const auto selection =
         scan::parse_selection(read(options.selection, sources["selection"]), options.selection);
     const auto selection_hash = sources["selection"]["content_hash"].get<std::string>();
@@ -201,7 +200,8 @@ void print_summary(const Options& options, const Inputs& inputs,
 }
 
 int print_thesis(const Options& options) {
-    const auto inputs = read_inputs(options);
+    ordered_json sources;
+    const auto inputs = read_inputs(options, sources);
     const auto statistics = scan::vote_statistics(inputs.votes, {.replicates = 0});
     std::string table = scan::thesis_table(inputs.votes, statistics);
     while (!table.empty()) {
@@ -219,11 +219,12 @@ int run(const Options& options) {
     std::vector<std::string> owned = {"configurations.csv", "judges.csv", "judgements.csv",
                                       "survey.csv",         "votes.html", "summary.json"};
     OutputDirectory out(options.out, options.force, owned);
-    const auto inputs = read_inputs(options);
+    ordered_json sources;
+    const auto inputs = read_inputs(options, sources);
     const auto statistics = scan::vote_statistics(inputs.votes, options.bootstrap);
     throw_if_interrupted();
     ordered_json summary = {{"program", {{"name", "merl-scan"}, {"version", kVersion}}}};
-    summary.update(inputs.sources);
+    summary.update(sources);
     summary["kit_hash"] = as_utf8(inputs.votes.kit_hash);
     summary["bootstrap"] = {{"replicates", options.bootstrap.replicates},
                             {"seed", options.bootstrap.seed},

@@ -1,10 +1,13 @@
 """merl-scan votes and power: judges' files, through to tables, report and score."""
 
+import base64
 import csv
 import itertools
 import json
 import os
 import random
+import struct
+import zlib
 
 import support
 from browser import CHROMIUM, Browser
@@ -233,8 +236,16 @@ class Votes(Case):
         write_rows(self.work / "answers.csv", ["judge", "question", "answer"],
                    [[name, "comment", f"{other}\n=SUM(A1)"]
                     for name, other in itertools.pairwise(HOSTILE)])
+        # Of two materials there are images; no name leads out of the directory.
+        (self.work / "spheres").mkdir()
+        pixel = (lambda kind, data: struct.pack(">I", len(data)) + kind + data +
+                 struct.pack(">I", zlib.crc32(kind + data)))
+        image = (b"\x89PNG\r\n\x1a\n" + pixel(b"IHDR", struct.pack(">2I5B", 1, 1, 8, 0, 0, 0, 0)) +
+                 pixel(b"IDAT", zlib.compress(b"\0\x80")) + pixel(b"IEND", b""))
+        for name in HOSTILE[0], HOSTILE[3]:
+            (self.work / "spheres" / f"{name}.png").write_bytes(image)
         self.assert_success("votes", *files, "--selection", self.selection, "--survey",
-                            "answers.csv", "--out", "out")
+                            "answers.csv", "--spheres", "spheres", "--out", "out")
         for name in "judges.csv", "survey.csv":
             self.assertNotIn("\n=", (self.work / "out" / name).read_text().replace("\n=SUM", ""))
         self.assertEqual(read_csv(self.work / "out" / "judges.csv")[1][0][0], "'=1+1")
@@ -243,12 +254,17 @@ class Votes(Case):
             for width in 1200, 360:
                 browser.open(page, width=width)
                 self.assertEqual(browser.complaints(), [])
-                self.assertEqual(browser.requests(), [page.resolve().as_uri()])
+                self.assertEqual([address for address in browser.requests()
+                                  if not address.startswith("data:")], [page.resolve().as_uri()])
                 self.assertEqual(browser.run("document.title"), "What the judges say")
                 self.assertEqual(browser.run("document.querySelectorAll('#rows li').length"), len(rows))
                 self.assertEqual(browser.run("document.querySelectorAll('#p-plot circle').length"),
                                  len(rows))
                 self.assertLessEqual(browser.run("document.documentElement.scrollWidth"), width)
+                images = browser.run("[...document.querySelectorAll('#rows img')].map(i => [i.alt, i.src])")
+                self.assertEqual({name for name, _ in images}, {HOSTILE[0], HOSTILE[3]})
+                for _, source in images:
+                    self.assertEqual(base64.b64decode(source.split(",")[1]), image)
             judges = browser.run("[...document.querySelectorAll('#judges td.name')].map(c => c.textContent)")
             self.assertEqual(judges, HOSTILE)
             answers = browser.text("#survey")
