@@ -6,11 +6,10 @@
 #include <cstdint>
 #include <nlohmann/json.hpp>
 #include <random>
-#include <stdexcept>
-#include <string_view>
 #include <vector>
 
 #include "app/compare_page_html.h"
+#include "app/page.h"
 #include "app/terminal.h"
 #include "app/version.h"
 
@@ -101,31 +100,11 @@ ordered_json page_data(const ObtainedDistances& obtained, const scan::Comparison
             {"comparisons", comparisons}};
 }
 
-/// JSON that can stand in a script element: nothing in it begins or ends a tag or a comment.
-std::string script_json(const ordered_json& json) {
-    std::string text;
-    for (const char c : json.dump(-1, ' ', true, ordered_json::error_handler_t::replace)) {
-        // These occur inside strings only.
-        if (c == '<' || c == '>' || c == '&') {
-            text += fmt::format("\\u{:04x}", static_cast<unsigned>(c));
-        } else {
-            text += c;
-        }
-    }
-    return text;
-}
-
 }  // namespace
 
 std::string compare_page(const ObtainedDistances& obtained,
                          const scan::ComparisonResult& compared) {
-    constexpr std::string_view kPlace = "%DATA%";
-    std::string page = kComparePage;
-    const auto place = page.find(kPlace);
-    if (place == std::string::npos) {
-        throw std::logic_error("compare_page.html has no place for its data");
-    }
-    return page.replace(place, kPlace.size(), script_json(page_data(obtained, compared)));
+    return filled_in(kComparePage, "%DATA%", script_json(page_data(obtained, compared)));
 }
 
 }  // namespace merl::app

@@ -128,7 +128,7 @@ std::string render_sphere_images(const reflectance::Database& database,
     std::ranges::transform(options.lights, std::back_inserter(spheres.lights), parse_light);
     device::Context context({.device = options.device});
     progress(0);
-    const double all = static_cast<double>(materials.size() * spheres.lights.size());
+    const auto all = static_cast<double>(materials.size() * spheres.lights.size());
     double done = 0;
     reflectance::render_spheres(context, database, materials, spheres,
                                 [&](std::size_t material, std::size_t light,

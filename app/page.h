@@ -1,0 +1,16 @@
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <string>
+#include <string_view>
+
+namespace merl::app {
+
+/// JSON that can stand in a script element: nothing in it begins or ends a tag or a comment.
+std::string script_json(const nlohmann::ordered_json& json);
+
+/// The page with `text` in the one place called `place`. Throws std::logic_error where it is
+/// missing.
+std::string filled_in(std::string page, std::string_view place, const std::string& text);
+
+}  // namespace merl::app
