@@ -101,7 +101,7 @@ class ShownMaterials {
             throw Error(Fault::input,
                         fmt::format("the name of the material \"{}\" is not UTF-8; a page cannot "
                                     "write it into votes: rename the file and scan again",
-                                    as_utf8(name)));
+                                    name));
         }
         names_.push_back(name);
         places_.push_back(static_cast<std::size_t>(place - all.begin()));
