@@ -22,6 +22,8 @@ void add_database(CLI::App& program, Command& chosen);
 void add_verify(CLI::App& program, Command& chosen);
 void add_score(CLI::App& program, Command& chosen);
 void add_slices(CLI::App& program, Command& chosen);
+void add_judge(CLI::App& program, Command& chosen);
+void add_render(CLI::App& program, Command& chosen);
 void add_votes(CLI::App& program, Command& chosen);
 void add_power(CLI::App& program, Command& chosen);
 

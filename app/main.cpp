@@ -86,6 +86,8 @@ int run(int argc, char** argv) {
     add_database(program, chosen);
     add_verify(program, chosen);
     add_slices(program, chosen);
+    add_render(program, chosen);
+    add_judge(program, chosen);
     try {
         program.parse(argc, argv);
     } catch (const CLI::ParseError& error) {

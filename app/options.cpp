@@ -56,6 +56,21 @@ CLI::Validator whole_number(std::uint64_t least, std::uint64_t most) {
             ""};
 }
 
+CLI::Validator number(double least, double most) {
+    return {[=](const std::string& text) {
+                double value = 0;
+                const auto* const end = text.data() + text.size();
+                const auto [stop, error] = std::from_chars(text.data(), end, value);
+                // Not a number is not between them either.
+                const bool good =
+                    error == std::errc() && stop == end && value >= least && value <= most;
+                return good ? std::string()
+                            : fmt::format("expected a number from {} to {}, found \"{}\"", least,
+                                          most, text);
+            },
+            ""};
+}
+
 CLI::Validator byte_count() {
     return {[](std::string& text) {
                 const auto value = parse_bytes(text);

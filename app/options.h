@@ -11,6 +11,9 @@ namespace merl::app {
 /// A whole number in decimal digits, from `least` to `most`.
 CLI::Validator whole_number(std::uint64_t least, std::uint64_t most);
 
+/// A decimal number from `least` to `most`.
+CLI::Validator number(double least, double most);
+
 /// A whole number of bytes, or one with a unit: K, M, G, T, P or E (powers of 1024; KB, KiB and
 /// lower case are the same).
 CLI::Validator byte_count();

@@ -8,10 +8,11 @@ function(shader_text file out)
   set(${out} "R\"glsl(${text})glsl\"" PARENT_SCOPE)
 endfunction()
 
-# Adds shaders/framework/ and shaders/lib/ as `merl::reflectance::shader_files()`.
+# Adds shaders/framework/, shaders/lib/ and shaders/render/ as `merl::reflectance::shader_files()`.
 function(add_shader_files target)
   file(GLOB files CONFIGURE_DEPENDS RELATIVE ${PROJECT_SOURCE_DIR}/shaders
-       ${PROJECT_SOURCE_DIR}/shaders/framework/* ${PROJECT_SOURCE_DIR}/shaders/lib/*)
+       ${PROJECT_SOURCE_DIR}/shaders/framework/* ${PROJECT_SOURCE_DIR}/shaders/lib/*
+       ${PROJECT_SOURCE_DIR}/shaders/render/*)
   list(SORT files)
   set(entries "")
   foreach(file IN LISTS files)

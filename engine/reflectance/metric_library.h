@@ -19,7 +19,8 @@ struct BuiltMetric {
 std::span<const BuiltMetric> built_metrics();
 std::span<const BuiltMetric> built_framework_test_metrics();
 
-/// The files of shaders/framework/ and shaders/lib/, named as in `#include`: "lib/cielab.glsl".
+/// The files of shaders/framework/, shaders/lib/ and shaders/render/, named as in `#include`:
+/// "lib/cielab.glsl".
 std::span<const device::ShaderText> shader_files();
 
 }  // namespace merl::reflectance

@@ -1,0 +1,235 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <memory>
+#include <numeric>
+
+#include "app/choose_materials.h"
+#include "app/commands.h"
+#include "app/exit_status.h"
+#include "app/options.h"
+#include "app/output_directory.h"
+#include "app/progress.h"
+#include "app/sphere_image.h"
+#include "app/stopwatch.h"
+#include "app/terminal.h"
+#include "engine/error.h"
+#include "scan/csv.h"
+
+namespace merl::app {
+namespace {
+
+constexpr std::uint32_t kThumbnail = 128;  // pixels of a sphere on the contact sheet, at most
+constexpr const char* kSheet = "contact-sheet.png";
+
+struct Options {
+    std::string out = "merl-scan-spheres";
+    std::string database;
+    std::vector<std::string> materials;
+    SphereImageOptions image;
+    bool force = false;
+    bool quiet = false;
+};
+
+/// Where images go: a directory with the files of every material, or for `--out FILE.exr` the
+/// directory of that file.
+struct Target {
+    std::filesystem::path directory;
+    std::string stem;  // of the only material; empty: each is called as it is
+};
+
+Target target_of(const Options& options, std::size_t materials) {
+    const std::filesystem::path out = options.out;
+    if (out.extension() != ".exr") {
+        return {out, ""};
+    }
+    if (materials != 1) {
+        throw Error(Fault::usage,
+                    fmt::format("--out {}: a file is for one material, found {}; name a directory, "
+                                "or one with --material",
+                                options.out, materials));
+    }
+    return {out.has_parent_path() ? out.parent_path() : ".", out.stem().string()};
+}
+
+/// Names without extension: of each material, of each light.
+class Names {
+  public:
+    Names(const reflectance::Database& database, const std::vector<std::size_t>& materials,
+          const Target& target, std::size_t lights)
+        : database_(database), materials_(materials), target_(target), lights_(lights) {}
+
+    std::string name(std::size_t material, std::size_t light) const {
+        const auto& stem =
+            target_.stem.empty() ? database_.materials()[materials_[material]] : target_.stem;
+        return lights_ == 1 ? stem : fmt::format("{}-light-{}", stem, light + 1);
+    }
+
+    std::vector<std::string> files() const {
+        std::vector<std::string> files;
+        for (std::size_t material = 0; material < materials_.size(); ++material) {
+            for (std::size_t light = 0; light < lights_; ++light) {
+                files.push_back(name(material, light) + ".exr");
+                files.push_back(name(material, light) + ".png");
+            }
+        }
+        if (target_.stem.empty()) {
+            files.emplace_back(kSheet);
+        }
+        std::vector<std::string> sorted = files;
+        std::ranges::sort(sorted);
+        const auto twice = std::ranges::adjacent_find(sorted);
+        if (twice != sorted.end()) {
+            throw Error(Fault::usage,
+                        fmt::format("two images would be called \"{}\"; render the materials "
+                                    "into directories of their own",
+                                    *twice));
+        }
+        return files;
+    }
+
+  private:
+    const reflectance::Database& database_;
+    const std::vector<std::size_t>& materials_;
+    const Target& target_;
+    std::size_t lights_;
+};
+
+/// All spheres side by side, as displayed, each made smaller by averaging linear light.
+class ContactSheet {
+  public:
+    ContactSheet(std::size_t spheres, std::uint32_t size)
+        : factor_((size + kThumbnail - 1) / kThumbnail),
+          side_(size / factor_),
+          columns_(static_cast<std::uint32_t>(std::ceil(std::sqrt(static_cast<double>(spheres))))),
+          sheet_(columns_ * side_,
+                 (static_cast<std::uint32_t>(spheres) + columns_ - 1) / columns_ * side_) {}
+
+    void put(std::size_t number, const Image& linear) {
+        const auto left = static_cast<std::uint32_t>(number % columns_) * side_;
+        const auto top = static_cast<std::uint32_t>(number / columns_) * side_;
+        for (std::uint32_t y = 0; y < side_; ++y) {
+            for (std::uint32_t x = 0; x < side_; ++x) {
+                auto& to = sheet_.at(left + x, top + y);
+                for (std::uint32_t i = 0; i < factor_ * factor_; ++i) {
+                    const auto& from =
+                        linear.at(x * factor_ + i % factor_, y * factor_ + i / factor_);
+                    for (std::size_t c = 0; c < to.size(); ++c) {
+                        to[c] += from[c] / static_cast<float>(factor_ * factor_);
+                    }
+                }
+            }
+        }
+    }
+
+    const Image& image() const { return sheet_; }
+
+  private:
+    std::uint32_t factor_;
+    std::uint32_t side_;
+    std::uint32_t columns_;
+    Image sheet_;
+};
+
+std::vector<std::size_t> chosen_materials(const reflectance::Database& database,
+                                          const std::vector<std::string>& values) {
+    if (!values.empty()) {
+        return find_materials(database, values);
+    }
+    std::vector<std::size_t> all(database.materials().size());
+    std::iota(all.begin(), all.end(), std::size_t{0});
+    return all;
+}
+
+int run(const Options& options) {
+    const auto database = open_database(options.database);
+    const auto materials = chosen_materials(*database, options.materials);
+    const std::size_t lights = options.image.lights.size();
+    const Target target = target_of(options, materials.size());
+    const Names names(*database, materials, target, lights);
+    const auto files = names.files();
+    if (!target.stem.empty() && !options.force) {
+        for (const auto& file : files) {
+            if (std::filesystem::exists(target.directory / file)) {
+                throw Error(Fault::output, fmt::format("{} exists; --force replaces it",
+                                                       (target.directory / file).string()));
+            }
+        }
+    }
+    // Other files of the directory that a named file goes into are not touched.
+    OutputDirectory out(target.directory, options.force || !target.stem.empty(), files);
+    ContactSheet sheet(materials.size() * lights, options.image.size);
+    const auto write = [&](const std::string& file, const std::string& bytes) {
+        out.write(file, [&](int descriptor) { scan::write_all(descriptor, bytes); });
+    };
+    Stopwatch watch;
+    std::string device;
+    {
+        Progress progress("rendering", options.quiet);
+        device = render_sphere_images(
+            *database, materials, options.image,
+            [&](std::size_t material, std::size_t light, const Image& linear) {
+                const auto name = names.name(material, light);
+                const auto comment = as_utf8(fmt::format(
+                    "{} of {}, {}; light from {}", database->materials()[materials[material]],
+                    database->name(), database->kind(), options.image.lights[light]));
+                write(name + ".exr", exr_file(linear, comment));
+                write(name + ".png", png_file(displayed(linear, options.image), comment));
+                sheet.put(light * materials.size() + material, linear);
+            },
+            [&](double share) { progress.update(share); });
+    }
+    if (target.stem.empty()) {
+        write(kSheet, png_file(displayed(sheet.image(), options.image),
+                               as_utf8(fmt::format("{} materials of {}, {}", materials.size(),
+                                                   database->name(), database->kind()))));
+    }
+    out.commit();
+    if (!options.quiet) {
+        print_line(fmt::format("{} spheres of {}, {}", materials.size() * lights, database->name(),
+                               database->kind()),
+                   kResultsAreThere);
+        print_line(fmt::format("{:.2f} seconds on {}; {}", watch.lap(), device,
+                               target.stem.empty() ? options.out + "/" + kSheet : options.out),
+                   kResultsAreThere);
+    }
+    return kSuccess;
+}
+
+}  // namespace
+
+void add_render(CLI::App& program, Command& chosen) {
+    auto options = std::make_shared<Options>();
+    auto* command = program.add_subcommand(
+        "render", "Spheres of materials as people see them: OpenEXR, PNG and a contact sheet");
+    command
+        ->add_option("--out", options->out,
+                     "The directory to make, or for one material a file that ends in .exr")
+        ->transform(not_empty())
+        ->capture_default_str();
+    command
+        ->add_option("--database", options->database,
+                     "A directory of MERL .binary files (default: the built-in stand-in database)")
+        ->transform(not_empty());
+    command->add_option("--material", options->materials,
+                        "A material, or names with commas between them, or the option more than "
+                        "once (default: all)");
+    add_sphere_options(*command, options->image);
+    command->add_flag("--force", options->force, "Replace images that exist");
+    command->add_flag("--quiet", options->quiet, "No progress and no summary");
+    command->footer(
+        "A unit sphere under one directional white light and a perspective camera, as in the "
+        "judge\n"
+        "experiment of Ryman 2018 (docs/experiment.md). OpenEXR has linear light, PNG is as "
+        "displayed.\n"
+        "\n"
+        "Examples:\n"
+        "  merl-scan render --material gold-paint --out gold.exr      gold.png beside it\n"
+        "  merl-scan render --out spheres                             all materials\n"
+        "  merl-scan render --light 1,1,1 --light -1,1,-0.5 --background 0 --out spheres");
+    command->callback([&chosen, options] { chosen = [options] { return run(*options); }; });
+}
+
+}  // namespace merl::app

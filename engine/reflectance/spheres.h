@@ -1,0 +1,43 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <vector>
+
+#include "engine/device/context.h"
+#include "engine/reflectance/database.h"
+
+namespace merl::reflectance {
+
+/// How spheres are seen (SPEC §5). The camera is on the +z axis, x to the right and y up; wherever
+/// the field of view puts it, the sphere fills nine tenths of the image's height.
+struct SphereOptions {
+    std::uint32_t size = 512;   // pixels in width and height
+    double field_of_view = 60;  // degrees, of the whole image, more than 0 and less than 180
+    /// Directions towards the lights, of any length but 0; each is white, of radiance·sr 1, and
+    /// gives an image of its own.
+    std::vector<std::array<double, 3>> lights = {{1, 1, 1}};
+};
+
+/// Linear radiance f·cos θ_i (red, green, blue) averaged over the pixel, zero off the sphere, and
+/// the share of the pixel that the sphere covers.
+using SpherePixel = std::array<float, 4>;
+
+/// Called with each image when it is done: the number of the material in the list, the number of
+/// the light, and the rows from the top. What it throws ends the rendering and comes out.
+using SphereSink =
+    std::function<void(std::size_t material, std::size_t light, std::span<const SpherePixel>)>;
+
+/// Renders a sphere of each of the materials (indices into the database's), in order, under each
+/// light. Trilinear interpolation in the M-domain, repeating along M_r; reflectance below zero and
+/// points below the horizon of light or eye are zero. While the device renders one material the
+/// host reads the next. Throws Error (input) from the database, and (device) when a material does
+/// not fit into a buffer.
+void render_spheres(device::Context& context, const Database& database,
+                    std::span<const std::size_t> materials, const SphereOptions& options,
+                    const SphereSink& sink);
+
+}  // namespace merl::reflectance
