@@ -82,7 +82,7 @@ class Page(Case):
             time.sleep(0.05)
         time.sleep(0.1)
         header, rows = read_csv(path)
-        path.unlink()
+        path.rename(self.work / f"saved-{name}")  # the browser would number the next one
         return [dict(zip(header, row, strict=True)) for row in rows]
 
     def assert_calm(self):
@@ -145,6 +145,16 @@ class Page(Case):
             "instructions_clear": "no", "change_clear": "", "preferred_question": "", "frequency": "",
             "sphere_size": "", "keys_easy": "5", "vision_impairment": "", "comments": "'" + comment})
         self.assert_calm()
+        # What the page saved is what `votes` reads.
+        self.assert_success("votes", "saved-votes-anna.csv", "--selection",
+                            self.kits / "results" / "selection.csv", "--kit",
+                            self.page.parent / "kit.json", "--survey", "saved-survey-anna.csv",
+                            "--out", "analysis")
+        judge = read_json(self.work / "analysis" / "summary.json")["figures"]["judges"][0]
+        self.assertEqual((judge["judge"], judge["missing"]), ("anna", 0))
+        sides = [4 - int(row["vote"]) if row["swapped"] == "1" else int(row["vote"])
+                 for row in rows if row["kind"] == "selection"]
+        self.assertEqual(judge["votes"], [sides.count(side) for side in (1, 2, 3)])
 
     def test_votes_go_back_and_forth_and_download_at_any_time(self):
         self.show()
