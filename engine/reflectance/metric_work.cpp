@@ -24,7 +24,8 @@ using device::Traffic;
 constexpr auto kTexels = Binding::texels;
 constexpr auto kStorage = Binding::storage;
 
-constexpr std::uint32_t kLanes = 64;  // of a workgroup that is not one subgroup: on lavapipe 256 can be twice as slow
+constexpr std::uint32_t kLanes =
+    64;  // of a workgroup that is not one subgroup: on lavapipe 256 can be twice as slow
 
 /// Push constants of the kernels in shaders/framework/.
 struct WeighPush {
