@@ -1,5 +1,4 @@
 #include <fmt/format.h>
-#include <xxhash.h>
 
 #include <algorithm>
 #include <filesystem>
@@ -11,6 +10,7 @@
 #include <vector>
 
 #include "app/commands.h"
+#include "app/describe.h"
 #include "app/exit_status.h"
 #include "app/judge_page.h"
 #include "app/options.h"
@@ -46,10 +46,6 @@ struct Options {
     bool force = false;
     bool quiet = false;
 };
-
-std::string hex(XXH128_hash_t hash) {
-    return fmt::format("{:016x}{:016x}", hash.high64, hash.low64);
-}
 
 /// The distances of every pair, which sentinels and random disagreements are drawn from.
 std::optional<scan::Distances> read_distances(const Options& options,
@@ -191,19 +187,13 @@ ordered_json page_json(const ordered_json& kit, ShownMaterials& shown) {
 using Images = std::vector<std::vector<std::string>>;
 
 std::string hash_of(const ordered_json& kit, const Images& images) {
-    struct Free {
-        void operator()(XXH3_state_t* state) const { XXH3_freeState(state); }
-    };
-    const std::unique_ptr<XXH3_state_t, Free> state(XXH3_createState());
-    XXH3_128bits_reset(state.get());
-    const auto add = [&](const std::string& bytes) {
-        XXH3_128bits_update(state.get(), bytes.data(), bytes.size());
-    };
-    add(kit.dump());
+    std::string all = kit.dump();
     for (const auto& lights : images) {
-        std::ranges::for_each(lights, add);
+        for (const auto& image : lights) {
+            all += image;
+        }
     }
-    return hex(XXH3_128bits_digest(state.get()));
+    return content_hash(all);
 }
 
 void print_summary(const Options& options, const reflectance::Database& database,
@@ -243,8 +233,7 @@ int run(const Options& options) {
     for (const auto& trial : trials) {
         std::ranges::for_each(trial.materials, [&](const auto& name) { shown.number(name); });
     }
-    auto kit = kit_json(options, *database, selection, hex(XXH3_128bits(text.data(), text.size())),
-                        trials);
+    auto kit = kit_json(options, *database, selection, content_hash(text), trials);
     auto page = page_json(kit, shown);
     Images images(shown.names().size());
     std::string device;
