@@ -60,9 +60,10 @@ function(add_metrics target folder list)
     configure_file(${PROJECT_SOURCE_DIR}/engine/reflectance/metric.cpp.in
                    ${CMAKE_CURRENT_BINARY_DIR}/metrics/${METRIC_ID}.cpp @ONLY)
     target_sources(${target} PRIVATE ${CMAKE_CURRENT_BINARY_DIR}/metrics/${METRIC_ID}.cpp)
-    # Whatever a metric calls has to be inlined before its loop over voxels becomes vectors.
+    # Whatever a metric calls has to be inlined before its loop over voxels becomes vectors, and a
+    # condition may only become a choice where nobody asks which operations raised a flag.
     set_source_files_properties(${CMAKE_CURRENT_BINARY_DIR}/metrics/${METRIC_ID}.cpp PROPERTIES
-      COMPILE_OPTIONS "-finline-functions;--param=max-inline-insns-auto=1000;--param=max-inline-insns-single=1000;--param=inline-unit-growth=1000")
+      COMPILE_OPTIONS "-fno-trapping-math;-finline-functions;--param=max-inline-insns-auto=1000;--param=max-inline-insns-single=1000;--param=inline-unit-growth=1000")
     string(APPEND declarations "extern const BuiltMetric metric_${METRIC_ID};\n")
     string(APPEND entries "glsl::metric_${METRIC_ID}, ")
   endforeach()

@@ -26,10 +26,9 @@ class Clock {
 
 /// A slab in flight: its buffers, and the commands that work on them.
 struct Slot {
-    Slot(device::Context& context, const SlabPlan& plan)
-        : buffers(context, plan), submission(context) {}
+    explicit Slot(device::Context& context) : submission(context) {}
 
-    SlabBuffers buffers;
+    std::optional<SlabBuffers> buffers;          // where a metric has no twin
     std::vector<MetricWork::Products> products;  // per metric
     device::Submission submission;
     std::uint32_t blocks = 0;  // of the slab that was submitted; 0 when there is none
@@ -44,7 +43,7 @@ class Computation {
 
     Computation(device::Context& context, const SlabPlan& plan,
                 std::span<const Metric* const> metrics, std::uint64_t grid_voxels, Refuse refuse)
-        : scratch_(context, plan, metrics), refuse_(std::move(refuse)) {
+        : plan_(plan), scratch_(context, plan, metrics), refuse_(std::move(refuse)) {
         // Compilers take longer than anything else here, and use one thread each.
         std::vector<std::optional<MetricWork>> works(metrics.size());
         tbb::parallel_for(std::size_t{0}, metrics.size(), [&](std::size_t m) {
@@ -54,9 +53,13 @@ class Computation {
             works_.push_back(std::move(*work));
         }
         for (int i = 0; i < 2; ++i) {
-            Slot& slot = slots_.emplace_back(context, plan);
+            Slot& slot = slots_.emplace_back(context);
+            if (scratch_.grid) {
+                slot.buffers.emplace(context, plan);
+            }
             for (const auto& work : works_) {
-                slot.products.emplace_back(context, work, slot.buffers, scratch_);
+                slot.products.emplace_back(context, work, slot.buffers ? &*slot.buffers : nullptr,
+                                           scratch_);
             }
         }
     }
@@ -68,17 +71,40 @@ class Computation {
         return slots_[0];
     }
 
-    /// `first` is the slab's first position in the list of visited voxels.
-    void submit(Slot& slot, std::uint64_t first, std::uint64_t voxels) {
-        slot.first = first;
-        slot.blocks = static_cast<std::uint32_t>((voxels + kBlockVoxels - 1) / kBlockVoxels);
+    /// Reads a slab into the buffers of `slot`.
+    void fill(Slot& slot, const Slab& slab, SlabReader& reader) {
+        for (std::size_t m = 0; m < works_.size(); ++m) {
+            works_[m].weigh(slot.products[m], slab);
+        }
+        if (slot.buffers) {
+            std::ranges::copy(std::as_bytes(std::span(slab.geometry)),
+                              slot.buffers->geometry.host().begin());
+        }
+        reader.read(slab, [&](std::size_t material, std::span<const BlockSamples> blocks) {
+            if (slot.buffers) {
+                const std::size_t first = material * plan_.slab_blocks;
+                std::ranges::copy(blocks, slot.buffers->samples.host_as<BlockSamples>().begin() +
+                                              static_cast<std::ptrdiff_t>(first));
+            }
+            for (std::size_t m = 0; m < works_.size(); ++m) {
+                works_[m].make_grid(slot.products[m], slab, material, blocks);
+            }
+        });
+    }
+
+    void submit(Slot& slot, const Slab& slab) {
+        slot.first = slab.first;
+        slot.blocks = static_cast<std::uint32_t>(slab.blocks());
         auto& s = slot.submission;
         s.begin();
-        s.upload(slot.buffers.samples, slot.buffers.samples.bytes());
-        s.upload(slot.buffers.geometry, slot.buffers.geometry.bytes());
+        if (slot.buffers) {
+            s.upload(slot.buffers->samples, slot.buffers->samples.bytes());
+            s.upload(slot.buffers->geometry, slot.buffers->geometry.bytes());
+        }
         s.mark();
         for (std::size_t m = 0; m < works_.size(); ++m) {
-            works_[m].record(s, slot.products[m], static_cast<std::uint32_t>(voxels), slot.blocks);
+            works_[m].record(s, slot.products[m], static_cast<std::uint32_t>(slab.voxels),
+                             slot.blocks);
         }
         s.submit();
     }
@@ -117,6 +143,7 @@ class Computation {
     }
 
   private:
+    SlabPlan plan_;
     ScratchBuffers scratch_;
     Refuse refuse_;
     std::vector<MetricWork> works_;
@@ -144,20 +171,19 @@ DistanceResult compute_distances(device::Context& context, const Database& datab
             throw Error(Fault::input, explain(finding, metric, database, run.file_index));
         });
     seconds.kernels = kernels.seconds();
-    SlabReader reader(database, domain, voxels);
-    for (std::uint64_t slab = 0; slab < result.plan.slabs; ++slab) {
-        const std::uint64_t first = slab * result.plan.slab_voxels();
+    SlabReader reader(database, voxels);
+    for (std::uint64_t i = 0; i < result.plan.slabs; ++i) {
+        const std::uint64_t first = i * result.plan.slab_voxels();
         const std::uint64_t last = std::min(first + result.plan.slab_voxels(), voxels.size());
         Slot& slot = computation.next_slot(seconds);
         const Clock reading;
-        reader.read(first, last, slot.buffers.samples.host_as<double>(), result.plan.slab_voxels(),
-                    slot.buffers.geometry.host_as<double>());
+        const Slab slab(domain, voxels, first, last);
+        computation.fill(slot, slab, reader);
         seconds.reading += reading.seconds();
-        computation.submit(slot, first, last - first);
+        computation.submit(slot, slab);
         context.check_validation();
         if (options.progress) {
-            options.progress(static_cast<double>(slab + 1) /
-                             static_cast<double>(result.plan.slabs));
+            options.progress(static_cast<double>(i + 1) / static_cast<double>(result.plan.slabs));
         }
     }
     result.distances = computation.distances(seconds);

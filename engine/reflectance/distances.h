@@ -25,8 +25,8 @@ struct DistanceOptions {
 /// Seconds spent in the parts of compute_distances(); reading and computing overlap.
 struct DistanceSeconds {
     double kernels = 0;     // compiling the kernels and making the buffers
-    double reading = 0;     // host: reading, converting, hashing
-    double transform = 0;   // device: samples to grids
+    double reading = 0;     // host: reading, converting, hashing, grids of metrics with a twin
+    double transform = 0;   // device: grids of the others; norms
     double difference = 0;  // device: grids to partial sums
     double waiting = 0;     // host: waiting for the device
     double adding = 0;      // host: adding partial sums in float64

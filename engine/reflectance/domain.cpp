@@ -32,9 +32,9 @@ Voxel Domain::combine(const Angle& phi_d, const Angle& theta_d, const Angle& the
     return {.theta_h = theta_h.angle,
             .theta_d = theta_d.angle,
             .phi_d = phi_d.angle,
+            .s_merl = pi * pi * pi / 2 * m_t * 4 * theta_h.sine * theta_d.sine * theta_d.cosine,
             .cos_theta_i = straight - across,
             .cos_theta_o = straight + across,
-            .s_merl = pi * pi * pi / 2 * m_t * 4 * theta_h.sine * theta_d.sine * theta_d.cosine,
             .solid_angle = 0,
             .voxels = 0};
 }

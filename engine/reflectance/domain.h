@@ -22,14 +22,15 @@ struct Grid {
 /// The most voxels a database may have: 256 times the grid of MERL.
 constexpr std::uint64_t kMaxVoxels = 256ULL * 90 * 90 * 180;
 
-/// What a metric may know about a voxel, at its centre. Angles in radians.
+/// What a metric may know about a voxel, at its centre. Angles in radians. Kernels read the same
+/// eight numbers in the same order (shaders/framework/geometry.glsl).
 struct Voxel {
     double theta_h = 0;  // half-difference angles (Rusinkiewicz 1998)
     double theta_d = 0;
     double phi_d = 0;
+    double s_merl = 0;       // MERL scale factor, SPEC 4.14 in its stable form
     double cos_theta_i = 0;  // SPEC equation 4.5
     double cos_theta_o = 0;  // SPEC equation 4.6
-    double s_merl = 0;       // MERL scale factor, SPEC 4.14 in its stable form
     /// dω_i dω_o of the voxel in sr², with its rotations about the normal and its mirror image:
     /// 4π·s_merl/|K|. Zero at points that are no voxel's centre.
     double solid_angle = 0;

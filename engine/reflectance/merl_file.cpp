@@ -14,6 +14,7 @@
 #include <memory>
 
 #include "engine/error.h"
+#include "engine/widest_vectors.h"
 
 namespace merl::reflectance {
 namespace {
@@ -107,7 +108,17 @@ Grid checked_header(const File& file) {
 
 /// Whether a number may be used: finite and not above kMaxReflectance (negative: not measured).
 bool acceptable(double value) {
-    return value <= kMaxReflectance && value >= -kMaxReflectance;
+    return std::abs(value) <= kMaxReflectance;
+}
+
+/// Multiplies in place. Whether every result is acceptable.
+MERL_SCAN_WIDEST_VECTORS bool scale(std::span<double> samples, double factor) {
+    std::uint64_t good = 0;  // counted, which becomes vector instructions
+    for (double& value : samples) {
+        value *= factor;
+        good += std::abs(value) <= kMaxReflectance ? 1U : 0U;
+    }
+    return good == samples.size();
 }
 
 [[noreturn]] void fail_value(const File& file, const Grid& grid, std::size_t plane,
@@ -141,12 +152,7 @@ void read_merl_samples(
         if (raw) {
             raw(plane, std::as_bytes(to));
         }
-        bool good = true;
-        for (double& value : to) {
-            value *= kMerlScale[plane];
-            good &= acceptable(value);
-        }
-        if (!good) {
+        if (!scale(to, kMerlScale[plane])) {
             for (std::uint64_t i = 0; i < to.size(); ++i) {
                 if (!acceptable(to[i])) {
                     fail_value(file, grid, plane, range.first + i, to[i]);

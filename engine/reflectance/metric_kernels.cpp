@@ -143,8 +143,8 @@ MetricKernels compile_kernels(const Metric& metric) {
     const auto compile_if = [&](bool needed, const char* stage) {
         return needed ? compile(stage) : std::vector<std::uint32_t>();
     };
-    return {.weigh = compile("weigh"),
-            .prepare = compile("prepare"),
+    return {.weigh = compile_if(!metric.has_twin(), "weigh"),
+            .prepare = compile_if(!metric.has_twin(), "prepare"),
             .difference = compile(metric.has_bound() ? "difference" : "any_difference"),
             .norms = compile_if(metric.has_norms(), "norms"),
             .ranges = compile_if(metric.has_slopes(), "ranges"),

@@ -8,6 +8,7 @@
 #include <stdexcept>
 
 #include "engine/error.h"
+#include "engine/reflectance/host_grid.h"
 
 namespace merl::reflectance {
 namespace {
@@ -32,7 +33,7 @@ struct WeighPush {
     std::uint32_t voxel_count;
 };
 struct PreparePush {
-    std::uint32_t stride, materials, padded_materials, voxel_count;
+    std::uint32_t blocks, materials, padded_materials, voxel_count;
 };
 struct CheckPush {
     std::uint32_t step, tiles_across, materials, groups;
@@ -85,20 +86,19 @@ SlabBuffers::SlabBuffers(Context& context, const SlabPlan& plan)
 }
 
 ScratchBuffers::ScratchBuffers(Context& context, const SlabPlan& plan,
-                               std::span<const Metric* const> metrics)
-    : weights(context, plan.weights_bytes(), Traffic::none, Texels::words), grid([&] {
-          std::uint64_t bytes = 0;
-          for (const auto* metric : metrics) {
-              bytes = std::max(bytes, plan.grid_bytes(*metric));
-          }
-          return Buffer(context, bytes, Traffic::none, Texels::floats);
-      }()) {
-    std::uint64_t bytes = 0;
+                               std::span<const Metric* const> metrics) {
+    std::uint64_t grid_bytes = 0;
+    std::uint64_t ranges_bytes = 0;
     for (const auto* metric : metrics) {
-        bytes = std::max(bytes, plan.ranges_bytes(*metric));
+        grid_bytes = std::max(grid_bytes, metric->has_twin() ? 0 : plan.grid_bytes(*metric));
+        ranges_bytes = std::max(ranges_bytes, plan.ranges_bytes(*metric));
     }
-    if (bytes > 0) {
-        ranges.emplace(context, bytes, Traffic::none, Texels::floats);
+    if (grid_bytes > 0) {
+        weights.emplace(context, plan.weights_bytes(), Traffic::none, Texels::words);
+        grid.emplace(context, grid_bytes, Traffic::none, Texels::floats);
+    }
+    if (ranges_bytes > 0) {
+        ranges.emplace(context, ranges_bytes, Traffic::none, Texels::floats);
     }
 }
 
@@ -113,12 +113,14 @@ MetricWork::MetricWork(Context& context, const SlabPlan& plan, const Metric& met
       tiles_(plan.tiles(metric)),
       grid_voxels_(grid_voxels),
       bound_(metric, grid_voxels),
-      weigh_(make_kernel(context, metric, "weigh", spirv.weigh, {kTexels, kStorage},
-                         sizeof(WeighPush))),
-      prepare_(make_kernel(context, metric, "prepare", spirv.prepare,
-                           {kTexels, kTexels, kTexels, kStorage}, sizeof(PreparePush))),
       difference_(make_subgroup_kernel(context, metric, "difference", spirv.difference)),
       sums_(tiles_.count() * tiles_.pairs_of_tile()) {
+    if (!metric.has_twin()) {
+        weigh_ = make_kernel(context, metric, "weigh", spirv.weigh, {kTexels, kStorage},
+                             sizeof(WeighPush));
+        prepare_ = make_kernel(context, metric, "prepare", spirv.prepare,
+                               {kTexels, kTexels, kTexels, kStorage}, sizeof(PreparePush));
+    }
     if (metric.has_bound()) {
         diagonal_difference_ =
             make_subgroup_kernel(context, metric, "diagonal difference", spirv.difference, true);
@@ -143,29 +145,65 @@ MetricWork::MetricWork(Context& context, const SlabPlan& plan, const Metric& met
     }
 }
 
-MetricWork::Products::Products(Context& context, const MetricWork& work, SlabBuffers& slab,
+MetricWork::Products::Products(Context& context, const MetricWork& work, SlabBuffers* slab,
                                ScratchBuffers& scratch)
-    : sums_(download(context, work.plan_.sums_bytes(*work.metric_))),
-      weigh_(bind(context, work.weigh_, {&slab.geometry, &scratch.weights})),
-      prepare_(bind(context, work.prepare_,
-                    {&slab.geometry, &slab.samples, &scratch.weights, &scratch.grid})),
-      difference_(bind(context, work.difference_, {&scratch.grid, &sums_})) {
+    : sums_(download(context, work.plan_.sums_bytes(*work.metric_))) {
+    if (work.metric_->has_twin()) {
+        grid_.emplace(context, work.plan_.grid_bytes(*work.metric_), Traffic::upload,
+                      Texels::floats);
+        // Materials that fill up the last tile are never written.
+        std::ranges::fill(grid_->host(), std::byte{0});
+        weights_.resize(work.plan_.slab_blocks);
+    } else {
+        weigh_ = bind(context, *work.weigh_, {&slab->geometry, &*scratch.weights});
+        prepare_ = bind(context, *work.prepare_,
+                        {&slab->geometry, &slab->samples, &*scratch.weights, &*scratch.grid});
+    }
+    Buffer& grid = grid_ ? *grid_ : *scratch.grid;
+    difference_ = bind(context, work.difference_, {&grid, &sums_});
     if (work.diagonal_difference_) {
-        diagonal_difference_ = bind(context, *work.diagonal_difference_, {&scratch.grid, &sums_});
+        diagonal_difference_ = bind(context, *work.diagonal_difference_, {&grid, &sums_});
     }
     if (work.norm_) {
         norms_ = download(context, work.plan_.norms_bytes(*work.metric_));
-        norm_ = bind(context, *work.norm_, {&scratch.grid, &*norms_});
+        norm_ = bind(context, *work.norm_, {&grid, &*norms_});
     }
     if (work.slope_) {
         slopes_ = download(context, work.plan_.sums_bytes(*work.metric_));
-        range_ = bind(context, *work.range_, {&scratch.grid, &*scratch.ranges});
+        range_ = bind(context, *work.range_, {&grid, &*scratch.ranges});
         slope_ = bind(context, *work.slope_, {&*scratch.ranges, &*slopes_});
         diagonal_slope_ = bind(context, *work.diagonal_slope_, {&*scratch.ranges, &*slopes_});
     }
     if (work.check_) {
         finding_ = download(context, sizeof(Finding));
-        check_ = bind(context, *work.check_, {&scratch.grid, &scratch.weights, &*finding_});
+        check_ = bind(context, *work.check_, {&grid, &*scratch.weights, &*finding_});
+    }
+}
+
+void MetricWork::weigh(Products& products, const Slab& slab) const {
+    if (!metric_->has_twin()) {
+        return;
+    }
+    tbb::parallel_for(std::uint64_t{0}, slab.blocks(), [&](std::uint64_t block) {
+        fold_weights(*metric_, slab.voxels_of_block(block), slab.filled(block),
+                     products.weights_[block]);
+    });
+}
+
+void MetricWork::make_grid(Products& products, const Slab& slab, std::size_t material,
+                           std::span<const BlockSamples> blocks) const {
+    if (!metric_->has_twin()) {
+        return;
+    }
+    const auto texels = products.grid_->host_as<float>();
+    const std::size_t size = std::size_t{metric_->block_texels()} * 4;
+    thread_local BlockSamples transformed;
+    for (std::size_t block = 0; block < blocks.size(); ++block) {
+        transformed = blocks[block];
+        reflectance::make_grid(
+            *metric_, slab.voxels_of_block(block), slab.filled(block), products.weights_[block],
+            transformed,
+            texels.subspan((block * tiles_.padded_materials() + material) * size, size));
     }
 }
 
@@ -180,11 +218,15 @@ void MetricWork::record(Submission& submission, Products& products, std::uint32_
         }
         submission.dispatch(diagonal, bytes_of(tiles), tiles_.across, blocks);
     };
-    submission.dispatch(products.weigh_, bytes_of(WeighPush{voxels}), slab_voxels / kLanes, 1);
-    submission.dispatch(products.prepare_,
-                        bytes_of(PreparePush{static_cast<std::uint32_t>(plan_.slab_voxels()),
-                                             plan_.materials, padded, voxels}),
-                        slab_voxels / kCellVoxels / kLanes, padded);
+    if (products.grid_) {
+        submission.upload(*products.grid_, products.grid_->bytes());
+    } else {
+        submission.dispatch(*products.weigh_, bytes_of(WeighPush{voxels}), slab_voxels / kLanes, 1);
+        submission.dispatch(
+            *products.prepare_,
+            bytes_of(PreparePush{plan_.slab_blocks, plan_.materials, padded, voxels}),
+            slab_voxels / kCellVoxels / kLanes, padded);
+    }
     if (products.norm_) {
         submission.dispatch(*products.norm_, bytes_of(tiles), padded, blocks);
         submission.download(*products.norms_, products.norms_->bytes());
@@ -197,9 +239,9 @@ void MetricWork::record(Submission& submission, Products& products, std::uint32_
     }
     const std::uint32_t rows = tiles_.count() * tiles_.side;  // of all tiles
     if (products.diagonal_difference_) {
-        pairs(products.difference_, *products.diagonal_difference_);
+        pairs(*products.difference_, *products.diagonal_difference_);
     } else {
-        submission.dispatch(products.difference_, bytes_of(tiles), rows, blocks);
+        submission.dispatch(*products.difference_, bytes_of(tiles), rows, blocks);
     }
     submission.download(products.sums_, products.sums_.bytes());
     if (products.check_) {

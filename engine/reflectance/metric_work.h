@@ -18,12 +18,12 @@
 
 namespace merl::reflectance {
 
-/// What the host writes of a slab in flight.
+/// What kernels need that make a grid on the device: samples of a slab in flight.
 struct SlabBuffers {
     SlabBuffers(device::Context& context, const SlabPlan& plan);
 
-    device::Buffer samples;   // float64 [material][channel][voxel]
-    device::Buffer geometry;  // float64 [voxel][number]
+    device::Buffer samples;   // float64 [material][block][channel][voxel of the block]
+    device::Buffer geometry;  // Voxel [voxel]
 };
 
 /// Device memory that all metrics and slabs use one after the other.
@@ -31,9 +31,9 @@ struct ScratchBuffers {
     ScratchBuffers(device::Context& context, const SlabPlan& plan,
                    std::span<const Metric* const> metrics);
 
-    device::Buffer weights;                // of the voxels
-    device::Buffer grid;                   // [block][material][texel]
-    std::optional<device::Buffer> ranges;  // [block][material][chunk], where a metric has slopes
+    std::optional<device::Buffer> weights;  // of the voxels, where a grid is made on the device
+    std::optional<device::Buffer> grid;     // likewise
+    std::optional<device::Buffer> ranges;   // [block][material][chunk], where a metric has slopes
 };
 
 /// One metric on the device: its kernels (shaders/framework/), and the float64 totals of what they
@@ -46,22 +46,31 @@ class MetricWork {
 
     const Metric& metric() const { return *metric_; }
 
-    /// Buffers for the results of one slab in flight, and the kernels bound to its buffers.
+    /// Buffers of one slab in flight, and the kernels bound to them.
     class Products {
       public:
-        Products(device::Context& context, const MetricWork& work, SlabBuffers& slab,
+        /// `slab` is there when a metric of the computation has no twin.
+        Products(device::Context& context, const MetricWork& work, SlabBuffers* slab,
                  ScratchBuffers& scratch);
 
       private:
         friend class MetricWork;
+        std::optional<device::Buffer> grid_;    // [block][material][texel], made on the host
+        std::vector<BlockWeights> weights_;     // for that
         device::Buffer sums_;                   // [block][tile][row][column]
         std::optional<device::Buffer> slopes_;  // likewise, with has_slopes()
         std::optional<device::Buffer> norms_;   // [block][material], with has_norms()
         std::optional<device::Buffer> finding_;
-        device::BoundKernel weigh_, prepare_, difference_;
-        std::optional<device::BoundKernel> diagonal_difference_;
+        std::optional<device::BoundKernel> weigh_, prepare_, difference_, diagonal_difference_;
         std::optional<device::BoundKernel> norm_, range_, slope_, diagonal_slope_, check_;
     };
+
+    /// For a metric with a twin: the weights of a slab, before make_grid().
+    void weigh(Products& products, const Slab& slab) const;
+
+    /// Likewise: one material's part of the grid. Any thread may call it.
+    void make_grid(Products& products, const Slab& slab, std::size_t material,
+                   std::span<const BlockSamples> blocks) const;
 
     /// Records everything for a slab of `voxels` voxels, filled up to `blocks` blocks. Marks twice:
     /// after the grid is made, and after the differences.
@@ -86,7 +95,8 @@ class MetricWork {
     PairTiles tiles_;
     std::uint64_t grid_voxels_;
     ErrorBound bound_;
-    device::Kernel weigh_, prepare_, difference_;
+    device::Kernel difference_;
+    std::optional<device::Kernel> weigh_, prepare_;  // without a twin
     std::optional<device::Kernel> diagonal_difference_;
     std::optional<device::Kernel> norm_, range_, slope_, diagonal_slope_, check_;
     std::vector<double> sums_;    // [tile][row][column]

@@ -8,6 +8,8 @@
 #include <functional>
 #include <memory>
 
+#include "engine/reflectance/slab_reader.h"
+
 namespace merl::reflectance {
 namespace {
 
@@ -32,72 +34,37 @@ std::vector<std::uint32_t> materials_of(std::span<const ReferenceRequest> reques
     return materials;
 }
 
-/// The voxels of some consecutive blocks.
-struct Part {
-    std::vector<VoxelRun> runs;
-    std::uint64_t first = 0;  // position of the first voxel
-    std::uint64_t voxels = 0;
-    std::uint64_t blocks = 0;
-};
-
 /// What a thread works with, kept from part to part: allocating it anew costs as much as the work.
 struct Workspace {
-    std::vector<double> planes;                       // as read
     std::vector<std::vector<BlockSamples>> samples;   // per material, block by block
     std::vector<std::unique_ptr<BlockSamples>> grid;  // per material: one block, transformed
 };
 
-/// Reads one material's samples at the voxels of a part, negative ones as zero, block by block.
-void read_part(const Database& database, std::uint32_t material, const Part& part,
-               Workspace& work) {
-    const VoxelRange file = {part.runs.front().file_index,
-                             part.runs.back().file_index + part.runs.back().length};
-    work.planes.resize(3 * file.size());
-    database.read(material, file, work.planes);
-    auto& blocks = work.samples[material];
-    blocks.resize(part.blocks);
-    for (const auto& run : part.runs) {
-        for (std::size_t plane = 0; plane < 3; ++plane) {
-            const double* from =
-                work.planes.data() + plane * file.size() + (run.file_index - file.first);
-            for (std::uint64_t i = 0; i < run.length; ++i) {
-                const std::uint64_t at = run.position - part.first + i;
-                blocks[at / kBlockVoxels][plane][at % kBlockVoxels] = std::max(0.0, from[i]);
-            }
-        }
-    }
-}
-
 /// One block's sums of all requests, one request after the other.
 using Sums = std::vector<double>;
 
-/// Sums of every request and pair over each block of a part.
-void sum_part(const Database& database, const Domain& domain,
-              std::span<const ReferenceRequest> requests, std::span<const std::uint32_t> materials,
-              const Part& part, Workspace& work, std::span<Sums> sums) {
-    std::vector<Voxel> voxels(part.blocks * kBlockVoxels);
-    for (const auto& run : part.runs) {
-        for (std::uint64_t i = 0; i < run.length; ++i) {
-            voxels[run.position - part.first + i] = domain.voxel(run.file_index + i);
-        }
-    }
+/// Sums of every request and pair over each block of a slab.
+void sum_slab(const Database& database, std::span<const ReferenceRequest> requests,
+              std::span<const std::uint32_t> materials, const Slab& slab, Workspace& work,
+              std::span<Sums> sums) {
+    const VoxelRange file = {slab.runs.front().file_index,
+                             slab.runs.back().file_index + slab.runs.back().length};
     work.samples.resize(database.materials().size());
     work.grid.resize(database.materials().size());
     for (const auto material : materials) {
-        read_part(database, material, part, work);
+        work.samples[material].resize(slab.blocks());
+        read_blocks(database, material, file, slab.runs, work.samples[material]);
     }
     std::size_t at = 0;  // of the request in the sums of a block
     auto& grid = work.grid;
     for (const auto& request : requests) {
         const auto used = materials_of({&request, 1});
-        for (std::uint64_t block = 0; block < part.blocks; ++block) {
-            const std::span<const Voxel, kBlockVoxels> of_block(
-                voxels.data() + block * kBlockVoxels, kBlockVoxels);
+        for (std::uint64_t block = 0; block < slab.blocks(); ++block) {
+            const auto of_block = slab.voxels_of_block(block);
             BlockWeights weights = {};
             request.metric->twin.weigh(request.metric->parameters, of_block, weights);
-            const std::uint64_t filled =
-                std::min<std::uint64_t>(part.voxels - block * kBlockVoxels, kBlockVoxels);
-            std::fill(weights.begin() + static_cast<std::ptrdiff_t>(filled), weights.end(), 0.0);
+            std::fill(weights.begin() + static_cast<std::ptrdiff_t>(slab.filled(block)),
+                      weights.end(), 0.0);
             for (const auto material : used) {
                 if (!grid[material]) {
                     grid[material] = std::make_unique<BlockSamples>();
@@ -124,13 +91,13 @@ std::vector<std::vector<double>> reference_distances(const Database& database,
                                                      const std::function<void(double)>& progress) {
     const Domain domain(database.grid());
     const VoxelList list(domain, set);
-    const std::uint64_t blocks = (list.size() + kBlockVoxels - 1) / kBlockVoxels;
+    const std::uint64_t blocks = block_count(list.size());
     const auto materials = materials_of(requests);
     std::size_t pair_count = 0;
     for (const auto& request : requests) {
         pair_count += request.pairs.size();
     }
-    const std::uint64_t part_blocks = std::clamp<std::uint64_t>(
+    const std::uint64_t slab_blocks = std::clamp<std::uint64_t>(
         kThreadBytes / (sizeof(BlockSamples) * std::max<std::size_t>(1, materials.size())), 1, 64);
 
     Sums totals(pair_count);
@@ -138,19 +105,15 @@ std::vector<std::vector<double>> reference_distances(const Database& database,
     tbb::enumerable_thread_specific<Workspace> workspaces;
     for (std::uint64_t first = 0; first < blocks && pair_count > 0; first += kBlocksAtATime) {
         const std::uint64_t count = std::min(kBlocksAtATime, blocks - first);
-        const std::uint64_t parts = (count + part_blocks - 1) / part_blocks;
-        tbb::parallel_for(std::uint64_t{0}, parts, [&](std::uint64_t i) {
-            const std::uint64_t part_first = i * part_blocks;
-            Part part = {.runs = {},
-                         .first = (first + part_first) * kBlockVoxels,
-                         .voxels = 0,
-                         .blocks = std::min(part_blocks, count - part_first)};
-            const std::uint64_t last =
-                std::min(part.first + part.blocks * kBlockVoxels, list.size());
-            part.voxels = last - part.first;
-            part.runs = list.runs(part.first, last);
-            sum_part(database, domain, requests, materials, part, workspaces.local(),
-                     std::span(sums).subspan(part_first, part.blocks));
+        const std::uint64_t slabs = (count + slab_blocks - 1) / slab_blocks;
+        tbb::parallel_for(std::uint64_t{0}, slabs, [&](std::uint64_t i) {
+            const std::uint64_t first_block = i * slab_blocks;
+            const std::uint64_t size = std::min(slab_blocks, count - first_block);
+            const std::uint64_t position = (first + first_block) * kBlockVoxels;
+            const Slab slab(domain, list, position,
+                            std::min(position + size * kBlockVoxels, list.size()));
+            sum_slab(database, requests, materials, slab, workspaces.local(),
+                     std::span(sums).subspan(first_block, size));
         });
         for (std::uint64_t i = 0; i < count; ++i) {
             std::transform(totals.begin(), totals.end(), sums[i].begin(), totals.begin(),

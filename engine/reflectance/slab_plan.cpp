@@ -75,19 +75,28 @@ SlabPlan plan_slabs(const device::Limits& limits, std::uint64_t memory_bytes,
     std::uint64_t largest = 0;  // buffer
     const auto bytes_of = [&](std::uint64_t blocks) {
         plan.slab_blocks = static_cast<std::uint32_t>(blocks);
-        std::uint64_t grid = 0;
+        std::uint64_t per_slab = 0;  // in flight
+        std::uint64_t device_grid = 0;
         std::uint64_t ranges = 0;
-        std::uint64_t products = 0;
-        largest = std::max(plan.samples_bytes(), plan.geometry_bytes());
+        largest = 0;
         for (const auto* metric : metrics) {
-            grid = std::max(grid, plan.grid_bytes(*metric));
-            ranges = std::max(ranges, plan.ranges_bytes(*metric));
+            const auto grid = plan.grid_bytes(*metric);
             const auto sums = plan.sums_bytes(*metric);
-            products += (metric->has_slopes() ? 2 : 1) * sums + plan.norms_bytes(*metric);
+            if (metric->has_twin()) {
+                per_slab += grid;
+            } else {
+                device_grid = std::max(device_grid, grid);
+            }
+            ranges = std::max(ranges, plan.ranges_bytes(*metric));
+            per_slab += (metric->has_slopes() ? 2 : 1) * sums + plan.norms_bytes(*metric);
             largest = std::max({largest, grid, sums});
         }
-        return 2 * (plan.samples_bytes() + plan.geometry_bytes() + products) +
-               plan.weights_bytes() + grid + ranges;
+        if (device_grid == 0) {
+            return 2 * per_slab + ranges;
+        }
+        largest = std::max({largest, plan.samples_bytes(), plan.geometry_bytes()});
+        return 2 * (per_slab + plan.samples_bytes() + plan.geometry_bytes()) +
+               plan.weights_bytes() + device_grid + ranges;
     };
     const auto block_bytes = bytes_of(1);
     const auto buffer_limit = std::min(
@@ -103,7 +112,7 @@ SlabPlan plan_slabs(const device::Limits& limits, std::uint64_t memory_bytes,
             fmt::format("--memory {} bytes is too small: {} materials need at least {} ({} bytes)",
                         memory_bytes, materials, mebibytes(block_bytes), block_bytes));
     }
-    const auto all_blocks = std::max<std::uint64_t>(1, divide_up(voxels, kBlockVoxels));
+    const auto all_blocks = std::max<std::uint64_t>(1, block_count(voxels));
     auto blocks =
         std::min({buffer_limit / largest, memory_bytes / block_bytes,
                   divide_up(all_blocks, kSlabsForOverlap), std::uint64_t{limits.groups_y}});

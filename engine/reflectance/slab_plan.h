@@ -22,12 +22,10 @@ struct SlabPlan {
 
     PairTiles tiles(const Metric& metric) const;
 
-    // Sizes of the buffers in bytes; weights, grid and ranges are shared by the slabs in flight and
-    // by the metrics.
+    // Sizes of the buffers in bytes. Grids that the host makes there are for each metric and each
+    // slab in flight; weights and grids that the device makes, and ranges, are shared by all.
     std::uint64_t samples_bytes() const { return slab_voxels() * materials * 3 * sizeof(double); }
-    std::uint64_t geometry_bytes() const {
-        return slab_voxels() * kGeometryNumbers * sizeof(double);
-    }
+    std::uint64_t geometry_bytes() const { return slab_voxels() * sizeof(Voxel); }
     std::uint64_t weights_bytes() const { return slab_voxels() * sizeof(double); }
     std::uint64_t grid_bytes(const Metric& metric) const;
     std::uint64_t ranges_bytes(const Metric& metric) const;

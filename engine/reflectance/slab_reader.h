@@ -1,51 +1,70 @@
 #pragma once
 
+#include <tbb/enumerable_thread_specific.h>
+
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <string>
 #include <vector>
 
+#include "engine/reflectance/block_reader.h"
 #include "engine/reflectance/content_hash.h"
 #include "engine/reflectance/database.h"
 #include "engine/reflectance/domain.h"
 
 namespace merl::reflectance {
 
-/// What reading a whole database found in one material.
-struct MaterialCounts {
-    std::uint64_t negative = 0;                // samples with at least one negative channel
-    std::uint64_t negative_above_horizon = 0;  // of them, where a metric would have seen them
+/// Some consecutive visited voxels, in whole blocks.
+struct Slab {
+    /// The voxels at positions [from, to) of the list.
+    Slab(const Domain& domain, const VoxelList& list, std::uint64_t from, std::uint64_t to)
+        : first(from),
+          voxels(to - from),
+          runs(list.runs(from, to)),
+          geometry(voxels_of(domain, runs)) {}
+
+    std::uint64_t first;   // position of the first voxel in the list of visited ones
+    std::uint64_t voxels;  // visited
+    std::vector<VoxelRun> runs;
+    std::vector<Voxel> geometry;  // filled up with empty voxels
+
+    std::uint64_t blocks() const { return block_count(voxels); }
+
+    /// How many voxels of a block there are; the rest is empty.
+    std::uint64_t filled(std::uint64_t block) const {
+        return std::min<std::uint64_t>(voxels - block * kBlockVoxels, kBlockVoxels);
+    }
+
+    std::span<const Voxel, kBlockVoxels> voxels_of_block(std::uint64_t block) const {
+        return std::span<const Voxel, kBlockVoxels>(geometry.data() + block * kBlockVoxels,
+                                                    kBlockVoxels);
+    }
 };
 
-/// Numbers of one voxel in the geometry of a slab, in the order of Voxel.
-constexpr std::size_t kGeometryNumbers = 8;
-
-/// Reads a database slab by slab, in order, for the device.
+/// Reads a database slab by slab, in order.
 class SlabReader {
   public:
-    SlabReader(const Database& database, const Domain& domain, const VoxelList& voxels);
+    SlabReader(const Database& database, const VoxelList& voxels);
 
-    /// Fills `samples` with the visited voxels at positions [first, last) of all materials, as
-    /// [material][channel][stride]; negative numbers become zero. Fills `geometry` with
-    /// kGeometryNumbers a voxel. What lies beyond the last voxel is left as it is.
-    /// Slabs must come in order and without gaps; several threads share the work of one.
-    void read(std::uint64_t first, std::uint64_t last, std::span<double> samples,
-              std::uint64_t stride, std::span<double> geometry);
+    /// What is to be done with the samples of one material at the voxels of a slab (read_blocks);
+    /// called from several threads, for each material once.
+    using Use = std::function<void(std::size_t material, std::span<const BlockSamples> blocks)>;
+
+    /// Slabs must come in order and without gaps.
+    void read(const Slab& slab, const Use& use);
 
     /// After the last slab.
     const std::vector<MaterialCounts>& counts() const { return counts_; }
     std::string content_hash() const;
 
   private:
-    void read_material(std::size_t material, VoxelRange file, std::span<const VoxelRun> runs,
-                       std::uint64_t first, std::span<double> samples, std::uint64_t stride);
-
     const Database& database_;
-    const Domain& domain_;
     const VoxelList& voxels_;
     std::vector<MaterialCounts> counts_;
     ContentHash hash_;
     std::uint64_t file_position_ = 0;  // voxels of each file read so far
+    tbb::enumerable_thread_specific<std::vector<BlockSamples>> blocks_;
 };
 
 }  // namespace merl::reflectance

@@ -55,20 +55,13 @@ const uint kCellVoxels = 4;
 // texels, the larger the tile should be.
 #ifdef DEGREE_NUMERATOR
 // The difference is a sum over channels of a homogeneous function of one channel's difference: the
-// weight moves into the samples, and a texel is one channel of a cell. A channel is stored as four
-// rows of kColumns texels, so that a chunk, which is four consecutive cells, is a column, and lanes
-// side by side read side by side.
+// weight moves into the samples, and a texel is one channel of a cell. A block is its red cells, then
+// its green and its blue ones. A chunk is four consecutive cells of a channel.
 const uint kCellTexels = 3;
-const uint kColumns = 64;
-const uint kChunkTexels = kBlockVoxels / kCellVoxels / kColumns;
-uint channel_texel(uint channel, uint cell) {
-    return channel * (kBlockVoxels / kCellVoxels) + cell % kChunkTexels * kColumns + cell / kChunkTexels;
-}
+const uint kChunkTexels = 4;
+uint channel_texel(uint channel, uint cell) { return channel * (kBlockVoxels / kCellVoxels) + cell; }
 uint channel_of_texel(uint texel) { return texel / (kBlockVoxels / kCellVoxels); }
-uint cell_of_texel(uint texel) {
-    uint place = texel % (kBlockVoxels / kCellVoxels);
-    return place % kColumns * kChunkTexels + place / kColumns;
-}
+uint cell_of_texel(uint texel) { return texel % (kBlockVoxels / kCellVoxels); }
 #if DEGREE_NUMERATOR < DEGREE_DENOMINATOR
 const uint kTile = 10;
 #else

@@ -1,7 +1,8 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 
-// Samples of a slab -> a metric's grid: transformed samples and their weights, rounded to float32.
+// Samples of a slab -> a metric's grid: transformed samples and their weights, rounded to float32. For
+// a metric without a twin in C++ (engine/reflectance/host_grid.h).
 // One invocation makes one cell of one material. On lavapipe texel fetches are vectorised, and loads
 // from storage buffers are not.
 
@@ -11,12 +12,12 @@
 
 layout(local_size_x_id = 0) in;
 
-layout(binding = 1) uniform usamplerBuffer samples;                    // [material][channel][voxel]
+layout(binding = 1) uniform usamplerBuffer samples;                    // [material][block][channel][voxel]
 layout(binding = 2) uniform usamplerBuffer weights;                    // per voxel
 layout(std430, binding = 3) writeonly buffer Grid { vec4 grid[]; };    // [block][material][texel]
 
 layout(push_constant) uniform Push {
-    uint stride;            // voxels between two planes of samples
+    uint slab_blocks;       // blocks between two materials
     uint materials;         // materials of the database
     uint padded_materials;  // materials of the grid; those beyond the database's are zero
     uint voxel_count;       // voxels of this slab; the last block is filled up with zeros
@@ -40,9 +41,10 @@ void main() {
         }
         return;
     }
-    dvec4 red = four_doubles(samples, (material * 3) * stride + k);
-    dvec4 green = four_doubles(samples, (material * 3 + 1) * stride + k);
-    dvec4 blue = four_doubles(samples, (material * 3 + 2) * stride + k);
+    uint from = (material * slab_blocks + block) * 3 * kBlockVoxels + cell * kCellVoxels;
+    dvec4 red = four_doubles(samples, from);
+    dvec4 green = four_doubles(samples, from + kBlockVoxels);
+    dvec4 blue = four_doubles(samples, from + 2 * kBlockVoxels);
     dvec4 weight = four_doubles(weights, k);
     dvec3 t0 = transform(dvec3(red.x, green.x, blue.x), fetch_voxel(k));
     dvec3 t1 = transform(dvec3(red.y, green.y, blue.y), fetch_voxel(k + 1));

@@ -14,11 +14,11 @@ layout(binding = 0) uniform samplerBuffer grid;                         // [bloc
 layout(std430, binding = 1) writeonly buffer Ranges { vec4 ranges[]; };  // [block][material][chunk/2]
 
 vec2 range_of_chunk(uint row, uint chunk) {
-    int first = int(row * kBlockTexels + chunk / kColumns * (kColumns * kChunkTexels) + chunk % kColumns);
+    int first = int(row * kBlockTexels + chunk * kChunkTexels);
     vec4 low = texelFetch(grid, first);
     vec4 high = low;
     [[unroll]] for (uint i = 1; i < kChunkTexels; ++i) {
-        vec4 texel = texelFetch(grid, first + int(i * kColumns));
+        vec4 texel = texelFetch(grid, first + int(i));
         low = min(low, texel);
         high = max(high, texel);
     }

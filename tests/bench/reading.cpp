@@ -30,40 +30,39 @@ double stored_number(const std::string& material, std::uint64_t voxel, std::size
     return std::max(0.0, std::bit_cast<double>(bytes) * kMerlScale[channel]);
 }
 
-/// Reads everything slab by slab, as the distance stage does, and hands each slab to `use`.
+/// Reads everything slab by slab, as the distance stage does; hands each slab and material to
+/// `use`, from several threads.
 template <typename Use>
 void read_all(const Domain& domain, const VoxelList& voxels, const Use& use) {
-    SlabReader reader(database(), domain, voxels);
-    std::vector<double> samples(database().materials().size() * 3 * kSlabVoxels);
-    std::vector<double> geometry(kSlabVoxels * kGeometryNumbers);
+    SlabReader reader(database(), voxels);
     for (std::uint64_t first = 0; first < voxels.size(); first += kSlabVoxels) {
-        const auto last = std::min(first + kSlabVoxels, voxels.size());
-        reader.read(first, last, samples, kSlabVoxels, geometry);
-        use(first, samples);
+        const Slab slab(domain, voxels, first, std::min(first + kSlabVoxels, voxels.size()));
+        reader.read(slab, [&](std::size_t m, std::span<const BlockSamples> blocks) {
+            use(slab, m, blocks);
+        });
     }
     benchmark::DoNotOptimize(reader.content_hash());
 }
 
 /// One number of every material and slab, wherever it is.
 void check_reading(const Domain& domain, const VoxelList& voxels) {
-    read_all(domain, voxels, [&](std::uint64_t first, const std::vector<double>& samples) {
-        const auto file_index = voxels.runs(first, first + 1).front().file_index;
-        for (std::size_t m = 0; m < database().materials().size(); ++m) {
-            const std::size_t channel = m % 3;
-            double expected = 0;
-            if (settings().database.empty()) {
-                std::array<double, 3> rgb = {};
-                database().read(m, {file_index, file_index + 1}, rgb);
-                expected = std::max(0.0, rgb[channel]);
-            } else {
-                expected = stored_number(database().materials()[m], file_index, channel);
-            }
-            const double found = samples[(m * 3 + channel) * kSlabVoxels];
-            require(found == expected,
-                    fmt::format("{}, voxel {}: {}, expected {}", database().materials()[m],
-                                file_index, found, expected));
-        }
-    });
+    read_all(domain, voxels,
+             [](const Slab& slab, std::size_t m, std::span<const BlockSamples> blocks) {
+                 const auto file_index = slab.runs.front().file_index;
+                 const std::size_t channel = m % 3;
+                 double expected = 0;
+                 if (settings().database.empty()) {
+                     std::array<double, 3> rgb = {};
+                     database().read(m, {file_index, file_index + 1}, rgb);
+                     expected = std::max(0.0, rgb[channel]);
+                 } else {
+                     expected = stored_number(database().materials()[m], file_index, channel);
+                 }
+                 const double found = blocks[0][channel][0];
+                 require(found == expected,
+                         fmt::format("{}, voxel {}: {}, expected {}", database().materials()[m],
+                                     file_index, found, expected));
+             });
 }
 
 void read_database(benchmark::State& state) {
@@ -74,7 +73,7 @@ void read_database(benchmark::State& state) {
         return 0;
     });
     for ([[maybe_unused]] auto _ : state) {
-        read_all(domain, voxels, [](std::uint64_t, const std::vector<double>&) {});
+        read_all(domain, voxels, [](const Slab&, std::size_t, std::span<const BlockSamples>) {});
     }
     const auto bytes = 24 * database().grid().voxels() * database().materials().size();
     state.SetBytesProcessed(state.iterations() * static_cast<std::int64_t>(bytes));

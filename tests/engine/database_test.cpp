@@ -93,11 +93,10 @@ TEST(SlabReader, TheHashIdentifiesTheContent) {
             });
         const Domain domain(grid);
         const VoxelList voxels(domain, VoxelSet::above_horizon);
-        SlabReader reader(database, domain, voxels);
-        std::vector<double> samples(3 * 3 * step);
-        std::vector<double> geometry(kGeometryNumbers * step);
+        SlabReader reader(database, voxels);
         for (std::uint64_t first = 0; first < voxels.size(); first += step) {
-            reader.read(first, std::min(first + step, voxels.size()), samples, step, geometry);
+            reader.read(Slab(domain, voxels, first, std::min(first + step, voxels.size())),
+                        [](std::size_t, std::span<const BlockSamples>) {});
         }
         return reader.content_hash();
     };

@@ -25,9 +25,8 @@ void expect_valid(const std::vector<std::uint32_t>& spirv, const std::string& wh
 
 void expect_valid(const Metric& metric) {
     const auto kernels = compile_kernels(metric);
-    expect_valid(kernels.weigh, metric.name + " weigh");
-    expect_valid(kernels.prepare, metric.name + " prepare");
-    for (const auto* kernel : {&kernels.norms, &kernels.ranges, &kernels.slopes, &kernels.check}) {
+    for (const auto* kernel : {&kernels.weigh, &kernels.prepare, &kernels.norms, &kernels.ranges,
+                               &kernels.slopes, &kernels.check}) {
         if (!kernel->empty()) {
             expect_valid(*kernel, metric.name + " beside the difference");
         }
@@ -38,6 +37,9 @@ void expect_valid(const Metric& metric) {
 TEST(MetricKernels, OfTheWholeLibraryAreValid) {
     for (const auto& metric : metrics()) {
         expect_valid(metric);
+        Metric of_a_user = metric;
+        of_a_user.twin = {};
+        expect_valid(of_a_user);
     }
     for (const auto& metric : framework_test_metrics()) {
         expect_valid(metric);

@@ -212,9 +212,9 @@ TEST(Metric, TheLibraryIsThatOfItsFormulas) {
     const Voxel v = {.theta_h = 0.3,
                      .theta_d = 0.4,
                      .phi_d = 1,
+                     .s_merl = 5,
                      .cos_theta_i = 0.3,
-                     .cos_theta_o = 0.7,
-                     .s_merl = 5};
+                     .cos_theta_o = 0.7};
     const std::pair<const char*, double> rows[] = {
         {"cube-root", 0.09740852025088818},  {"ngan", 0.322288759761088},
         {"low-log", 0.7635697314506094},     {"bieron-l2", 0.70875},
@@ -234,9 +234,9 @@ TEST(Metric, WeightsAndSumsAreThoseOfTheSpecification) {
     const Voxel v = {.theta_h = 0,
                      .theta_d = 0,
                      .phi_d = 0,
+                     .s_merl = 5,
                      .cos_theta_i = 0.3,
-                     .cos_theta_o = 0.7,
-                     .s_merl = 5};
+                     .cos_theta_o = 0.7};
     EXPECT_DOUBLE_EQ(weight(find_metric("rmse"), v), 1);
     EXPECT_DOUBLE_EQ(weight(find_metric("cosine-rmse"), v), 0.09);
     EXPECT_NEAR(weight(find_metric("cwcbrt"), v), std::cbrt(0.09), 1e-15);

@@ -30,10 +30,18 @@ const std::array<const Metric*, 2>& two_metrics() {
     return metrics;
 }
 
+/// A metric whose grid the device makes.
+const Metric& of_a_user() {
+    static const Metric metric = [] {
+        Metric copy = find_metric("pawcielab");
+        copy.twin = {};
+        return copy;
+    }();
+    return metric;
+}
+
 void expect_within(const SlabPlan& plan, const device::Limits& limits, std::uint64_t memory) {
     EXPECT_LE(plan.device_bytes, memory);
-    EXPECT_LE(plan.samples_bytes(), limits.storage_buffer_bytes);
-    EXPECT_LE(plan.geometry_bytes(), limits.storage_buffer_bytes);
     for (const auto* metric : two_metrics()) {
         EXPECT_LE(plan.sums_bytes(*metric), limits.storage_buffer_bytes);
         EXPECT_LE(plan.grid_bytes(*metric), limits.storage_buffer_bytes);
@@ -45,14 +53,21 @@ void expect_within(const SlabPlan& plan, const device::Limits& limits, std::uint
 }
 
 TEST(SlabPlan, CoversAllVoxelsWithinEveryLimit) {
-    for (const std::uint64_t materials : {2, 10, 11, 100, 400, 1000}) {
-        for (const std::uint64_t memory : {128 * kMiB, 256 * kMiB, 1024 * kMiB}) {
-            const auto limits = lavapipe_limits();
-            const auto plan = plan_slabs(limits, memory, materials, kMerlVoxels, two_metrics());
-            expect_within(plan, limits, memory);
-            EXPECT_GE(plan.slabs * plan.slab_voxels(), kMerlVoxels);
-            EXPECT_LT((plan.slabs - 1) * plan.slab_voxels(), kMerlVoxels);
-            EXPECT_EQ(plan.materials, materials);
+    const std::array<const Metric*, 2> with_a_user = {&find_metric("cwcbrt"), &of_a_user()};
+    for (const auto& metrics : {two_metrics(), with_a_user}) {
+        for (const std::uint64_t materials : {2, 10, 11, 100, 400, 1000}) {
+            for (const std::uint64_t memory : {128 * kMiB, 256 * kMiB, 1024 * kMiB}) {
+                const auto limits = lavapipe_limits();
+                const auto plan = plan_slabs(limits, memory, materials, kMerlVoxels, metrics);
+                expect_within(plan, limits, memory);
+                EXPECT_GE(plan.slabs * plan.slab_voxels(), kMerlVoxels);
+                EXPECT_LT((plan.slabs - 1) * plan.slab_voxels(), kMerlVoxels);
+                EXPECT_EQ(plan.materials, materials);
+                if (metrics[1] == &of_a_user()) {
+                    EXPECT_LE(plan.samples_bytes(), limits.storage_buffer_bytes);
+                    EXPECT_LE(plan.geometry_bytes(), limits.storage_buffer_bytes);
+                }
+            }
         }
     }
 }
@@ -64,7 +79,8 @@ TEST(SlabPlan, SmallLimitsMakeSmallSlabs) {
     expect_within(plan, limits, 1024 * kMiB);
     limits = lavapipe_limits();
     limits.texel_buffer_texels = 3 * 1024 * 100 * 3 / 2;  // three blocks of samples, two a texel
-    plan = plan_slabs(limits, 1024 * kMiB, 100, kMerlVoxels, two_metrics());
+    const std::array<const Metric*, 1> user = {&of_a_user()};
+    plan = plan_slabs(limits, 1024 * kMiB, 100, kMerlVoxels, user);
     EXPECT_EQ(plan.slab_blocks, 3U);
     limits = lavapipe_limits();
     limits.groups_y = 200;

@@ -1,0 +1,60 @@
+#include "engine/reflectance/host_grid.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "engine/widest_vectors.h"
+
+namespace merl::reflectance {
+namespace {
+
+/// With a degree: a channel after the other, as in channel_texel().
+MERL_SCAN_WIDEST_VECTORS void write_channel(const double* samples, const double* weights,
+                                            float* texels) {
+    for (std::size_t k = 0; k < kBlockVoxels; ++k) {
+        texels[k] = static_cast<float>(samples[k] * weights[k]);
+    }
+}
+
+/// Without: a texel is a voxel's three channels and its weight.
+MERL_SCAN_WIDEST_VECTORS void write_voxels(const BlockSamples& samples, const double* weights,
+                                           float* texels) {
+    for (std::size_t k = 0; k < kBlockVoxels; ++k) {
+        texels[4 * k] = static_cast<float>(samples[0][k]);
+        texels[4 * k + 1] = static_cast<float>(samples[1][k]);
+        texels[4 * k + 2] = static_cast<float>(samples[2][k]);
+        texels[4 * k + 3] = static_cast<float>(weights[k]);
+    }
+}
+
+}  // namespace
+
+void fold_weights(const Metric& metric, std::span<const Voxel, kBlockVoxels> voxels,
+                  std::uint64_t filled, BlockWeights& weights) {
+    metric.twin.weigh(metric.parameters, voxels, weights);
+    const auto end = weights.begin() + static_cast<std::ptrdiff_t>(filled);
+    if (metric.has_bound()) {
+        const double power = 1 / metric.header.degree;
+        std::transform(weights.begin(), end, weights.begin(),
+                       [=](double weight) { return std::pow(weight, power); });
+    }
+    std::fill(end, weights.end(), 0.0);
+}
+
+void make_grid(const Metric& metric, std::span<const Voxel, kBlockVoxels> voxels,
+               std::uint64_t filled, const BlockWeights& weights, BlockSamples& samples,
+               std::span<float> texels) {
+    metric.twin.transform(metric.parameters, voxels, samples);
+    for (auto& channel : samples) {  // of voxels that are not there a transform may make NaN
+        std::fill(channel.begin() + static_cast<std::ptrdiff_t>(filled), channel.end(), 0.0);
+    }
+    if (!metric.has_bound()) {
+        write_voxels(samples, weights.data(), texels.data());
+        return;
+    }
+    for (std::size_t c = 0; c < samples.size(); ++c) {
+        write_channel(samples[c].data(), weights.data(), texels.data() + c * kBlockVoxels);
+    }
+}
+
+}  // namespace merl::reflectance
