@@ -44,7 +44,6 @@ class Computation {
     Computation(device::Context& context, const SlabPlan& plan,
                 std::span<const Metric* const> metrics, std::uint64_t grid_voxels, Refuse refuse)
         : plan_(plan), scratch_(context, plan, metrics), refuse_(std::move(refuse)) {
-        // Compilers take longer than anything else here, and use one thread each.
         std::vector<std::optional<MetricWork>> works(metrics.size());
         tbb::parallel_for(std::size_t{0}, metrics.size(), [&](std::size_t m) {
             works[m].emplace(context, plan, *metrics[m], grid_voxels);

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 #include <tbb/parallel_for.h>
+#include <tbb/parallel_invoke.h>
 
 #include <algorithm>
 #include <cmath>
@@ -113,36 +114,50 @@ MetricWork::MetricWork(Context& context, const SlabPlan& plan, const Metric& met
       tiles_(plan.tiles(metric)),
       grid_voxels_(grid_voxels),
       bound_(metric, grid_voxels),
-      difference_(make_subgroup_kernel(context, metric, "difference", spirv.difference)),
-      sums_(tiles_.count() * tiles_.pairs_of_tile()) {
-    if (!metric.has_twin()) {
-        weigh_ = make_kernel(context, metric, "weigh", spirv.weigh, {kTexels, kStorage},
-                             sizeof(WeighPush));
-        prepare_ = make_kernel(context, metric, "prepare", spirv.prepare,
-                               {kTexels, kTexels, kTexels, kStorage}, sizeof(PreparePush));
-    }
-    if (metric.has_bound()) {
-        diagonal_difference_ =
-            make_subgroup_kernel(context, metric, "diagonal difference", spirv.difference, true);
-    }
-    if (metric.has_norms()) {
-        norm_ = make_subgroup_kernel(context, metric, "norms", spirv.norms);
-        norms_.resize(tiles_.padded_materials());
-    }
-    if (metric.has_slopes()) {
-        range_ = make_subgroup_kernel(context, metric, "ranges", spirv.ranges);
-        slope_ = make_subgroup_kernel(context, metric, "slopes", spirv.slopes);
-        diagonal_slope_ =
-            make_subgroup_kernel(context, metric, "diagonal slopes", spirv.slopes, true);
-        slopes_.resize(sums_.size());
-    }
-    if (metric.is_checked()) {
-        check_ = {context, fmt::format("{} check", metric.name), spirv.check,
-                  Kernel::Options{.bindings = {kTexels, kTexels, kStorage},
-                                  .constants = {context.limits().subgroup_size},
-                                  .push_bytes = sizeof(CheckPush),
-                                  .one_subgroup = true}};
-    }
+      sums_(tiles_.count() * tiles_.pairs_of_tile()),
+      slopes_(metric.has_slopes() ? sums_.size() : 0),
+      norms_(metric.has_norms() ? tiles_.padded_materials() : 0) {
+    // Drivers take longer than anything else here, and use one thread for a kernel.
+    tbb::parallel_invoke(
+        [&] {
+            difference_ = make_subgroup_kernel(context, metric, "difference", spirv.difference);
+        },
+        [&] {
+            if (metric.has_bound()) {
+                diagonal_difference_ = make_subgroup_kernel(context, metric, "diagonal difference",
+                                                            spirv.difference, true);
+            }
+        },
+        [&] {
+            if (metric.has_slopes()) {
+                range_ = make_subgroup_kernel(context, metric, "ranges", spirv.ranges);
+                slope_ = make_subgroup_kernel(context, metric, "slopes", spirv.slopes);
+                diagonal_slope_ =
+                    make_subgroup_kernel(context, metric, "diagonal slopes", spirv.slopes, true);
+            }
+        },
+        [&] {
+            if (metric.has_norms()) {
+                norm_ = make_subgroup_kernel(context, metric, "norms", spirv.norms);
+            }
+        },
+        [&] {
+            if (!metric.has_twin()) {
+                weigh_ = make_kernel(context, metric, "weigh", spirv.weigh, {kTexels, kStorage},
+                                     sizeof(WeighPush));
+                prepare_ = make_kernel(context, metric, "prepare", spirv.prepare,
+                                       {kTexels, kTexels, kTexels, kStorage}, sizeof(PreparePush));
+            }
+        },
+        [&] {
+            if (metric.is_checked()) {
+                check_ = {context, fmt::format("{} check", metric.name), spirv.check,
+                          Kernel::Options{.bindings = {kTexels, kTexels, kStorage},
+                                          .constants = {context.limits().subgroup_size},
+                                          .push_bytes = sizeof(CheckPush),
+                                          .one_subgroup = true}};
+            }
+        });
 }
 
 MetricWork::Products::Products(Context& context, const MetricWork& work, SlabBuffers* slab,
@@ -160,7 +175,7 @@ MetricWork::Products::Products(Context& context, const MetricWork& work, SlabBuf
                         {&slab->geometry, &slab->samples, &*scratch.weights, &*scratch.grid});
     }
     Buffer& grid = grid_ ? *grid_ : *scratch.grid;
-    difference_ = bind(context, work.difference_, {&grid, &sums_});
+    difference_ = bind(context, *work.difference_, {&grid, &sums_});
     if (work.diagonal_difference_) {
         diagonal_difference_ = bind(context, *work.diagonal_difference_, {&grid, &sums_});
     }

@@ -95,9 +95,8 @@ class MetricWork {
     PairTiles tiles_;
     std::uint64_t grid_voxels_;
     ErrorBound bound_;
-    device::Kernel difference_;
     std::optional<device::Kernel> weigh_, prepare_;  // without a twin
-    std::optional<device::Kernel> diagonal_difference_;
+    std::optional<device::Kernel> difference_, diagonal_difference_;
     std::optional<device::Kernel> norm_, range_, slope_, diagonal_slope_, check_;
     std::vector<double> sums_;    // [tile][row][column]
     std::vector<double> slopes_;  // likewise

@@ -13,7 +13,6 @@
 #include "framework/texel_difference.glsl"
 
 layout(local_size_x_id = 0) in;
-layout(constant_id = 1) const bool kDiagonal = false;
 
 layout(binding = 0) uniform samplerBuffer grid;                       // [block][material][texel]
 layout(std430, binding = 1) writeonly buffer Sums { float sums[]; };  // [block][tile][row][column]
@@ -25,7 +24,6 @@ layout(push_constant) uniform Push {
 // Texels are added in runs of kRun, and the runs with Kahan's compensation, so that only the roundings
 // within a run count. The host knows the same number.
 const uint kRun = 8;
-const uint kPairs = kTile * kTile;
 
 void main() {
     uint block = gl_WorkGroupID.y;
@@ -53,24 +51,28 @@ void main() {
                     row = texelFetch(grid, rows + int(r * kBlockTexels) + texel);
                 }
                 [[unroll]] for (uint c = 0; c < kTile; ++c) {
-                    if (!kDiagonal || c > r) {
+                    if (is_wanted(r * kTile + c)) {
                         sum[r * kTile + c] += texel_difference(row, column[c]);
                     }
                 }
             }
         }
         [[unroll]] for (uint i = 0; i < kPairs; ++i) {
-            precise float both = total[i] + sum[i];
-            precise float lost = sum[i] - (both - total[i]);
-            total[i] = both;
-            sum[i] = lost;
+            if (is_wanted(i)) {
+                precise float both = total[i] + sum[i];
+                precise float lost = sum[i] - (both - total[i]);
+                total[i] = both;
+                sum[i] = lost;
+            }
         }
     }
     uint out_at = (block * tile_count(tiles_across) + tile) * kPairs;
     [[unroll]] for (uint i = 0; i < kPairs; ++i) {
-        float all = float(subgroupAdd(double(total[i]) + double(sum[i])));
-        if (gl_LocalInvocationID.x == 0) {  // subgroupElect() loops on lavapipe
-            sums[out_at + i] = all;
+        if (is_wanted(i)) {
+            float all = float(subgroupAdd(double(total[i]) + double(sum[i])));
+            if (gl_LocalInvocationID.x == 0) {  // subgroupElect() loops on lavapipe
+                sums[out_at + i] = all;
+            }
         }
     }
 }

@@ -18,3 +18,11 @@ uvec2 tile_at(uint tile, uint across) {
     }
     return uvec2(row, row + 1 + tile);
 }
+
+// A kernel may be made twice, once for the tiles above the diagonal and once for those on it, which
+// need only the pairs above it: unrolled, they are not even there.
+layout(constant_id = 1) const bool kDiagonal = false;
+
+const uint kPairs = kTile * kTile;  // of a tile
+
+bool is_wanted(uint pair) { return !kDiagonal || pair % kTile > pair / kTile; }

@@ -12,7 +12,6 @@
 #include "framework/pair_tile.glsl"
 
 layout(local_size_x_id = 0) in;
-layout(constant_id = 1) const bool kDiagonal = false;
 
 layout(binding = 0) uniform samplerBuffer ranges;                     // [block][material][chunk/2]
 layout(std430, binding = 1) writeonly buffer Sums { float sums[]; };  // [block][tile][row][column]
@@ -21,13 +20,14 @@ layout(push_constant) uniform Push {
     uint tiles_across;
 };
 
-const uint kPairs = kTile * kTile;
 const uint kTexels = kBlockTexels / kChunkTexels / 2;  // of one block and material
 
-float chunk_slope(vec2 a, vec2 b, float size_of_a, float size_of_b) {
-    float size = size_of_a + size_of_b;
-    float gap = max(max(a.x - b.y, b.x - a.y), size * 5.9604645e-8);  // 2^-24: no less is resolved
-    return size * inverse_cube_root_seed(gap);
+// Of two chunks: a and b are their smallest and largest numbers, one chunk in xy and one in zw.
+float slopes(vec4 a, vec4 b, vec2 size_of_a, vec2 size_of_b) {
+    vec2 size = size_of_a + size_of_b;
+    vec2 gap = max(max(a.xz - b.yw, b.xz - a.yw), size * 5.9604645e-8);  // 2^-24: no less is resolved
+    vec2 slope = size * vec2(inverse_cube_root_seed(gap.x), inverse_cube_root_seed(gap.y));
+    return slope.x + slope.y;
 }
 
 void main() {
@@ -52,16 +52,19 @@ void main() {
             vec4 row = texelFetch(ranges, rows + int(r * kTexels + texel));
             vec2 row_size = max(abs(row.xz), abs(row.yw));
             [[unroll]] for (uint c = 0; c < kTile; ++c) {
-                sum[r * kTile + c] += chunk_slope(row.xy, column[c].xy, row_size.x, column_size[c].x) +
-                                      chunk_slope(row.zw, column[c].zw, row_size.y, column_size[c].y);
+                if (is_wanted(r * kTile + c)) {
+                    sum[r * kTile + c] += slopes(row, column[c], row_size, column_size[c]);
+                }
             }
         }
     }
     uint out_at = (block * tile_count(tiles_across) + tile) * kPairs;
     [[unroll]] for (uint i = 0; i < kPairs; ++i) {
-        float all = subgroupAdd(sum[i]);
-        if (gl_LocalInvocationID.x == 0) {
-            sums[out_at + i] = all;
+        if (is_wanted(i)) {
+            float all = subgroupAdd(sum[i]);
+            if (gl_LocalInvocationID.x == 0) {
+                sums[out_at + i] = all;
+            }
         }
     }
 }

@@ -1,9 +1,21 @@
 // The difference of two texels of a metric's grid.
 
 #ifdef DEGREE_NUMERATOR
+// A metric that declares a degree has the difference |d|^degree, as check.comp sees to. Four at a time:
+// a compiler that keeps this order has four independent chains of operations to interleave.
+vec4 difference(vec4 d) {
+#if DEGREE_NUMERATOR < DEGREE_DENOMINATOR
+    return two_thirds_power(d);
+#elif DEGREE_NUMERATOR == 1
+    return abs(d);
+#else
+    return d * d;
+#endif
+}
+
 float texel_difference(vec4 a, vec4 b) {
-    return (difference(a.x - b.x) + difference(a.y - b.y)) +
-           (difference(a.z - b.z) + difference(a.w - b.w));
+    vec4 h = difference(a - b);
+    return (h.x + h.y) + (h.z + h.w);
 }
 #else
 float texel_difference(vec4 a, vec4 b) { return a.w * difference(a.xyz, b.xyz); }
