@@ -42,18 +42,19 @@ void fold_weights(const Metric& metric, std::span<const Voxel, kBlockVoxels> vox
 }
 
 void make_grid(const Metric& metric, std::span<const Voxel, kBlockVoxels> voxels,
-               std::uint64_t filled, const BlockWeights& weights, BlockSamples& samples,
+               std::uint64_t filled, const BlockWeights& weights, const BlockSamples& samples,
                std::span<float> texels) {
-    metric.twin.transform(metric.parameters, voxels, samples);
-    for (auto& channel : samples) {  // of voxels that are not there a transform may make NaN
+    thread_local BlockSamples transformed;
+    metric.twin.transform(metric.parameters, voxels, samples, transformed);
+    for (auto& channel : transformed) {  // of voxels that are not there a transform may make NaN
         std::fill(channel.begin() + static_cast<std::ptrdiff_t>(filled), channel.end(), 0.0);
     }
     if (!metric.has_bound()) {
-        write_voxels(samples, weights.data(), texels.data());
+        write_voxels(transformed, weights.data(), texels.data());
         return;
     }
-    for (std::size_t c = 0; c < samples.size(); ++c) {
-        write_channel(samples[c].data(), weights.data(), texels.data() + c * kBlockVoxels);
+    for (std::size_t c = 0; c < transformed.size(); ++c) {
+        write_channel(transformed[c].data(), weights.data(), texels.data() + c * kBlockVoxels);
     }
 }
 

@@ -19,10 +19,9 @@ void fold_weights(const Metric& metric, std::span<const Voxel, kBlockVoxels> vox
                   std::uint64_t filled, BlockWeights& weights);
 
 /// The texels of one block of one material (shaders/framework/metric.glsl), rounded once from
-/// float64: metric.block_texels() of four numbers each. `samples` is transformed in place. Zero
-/// from voxel `filled` on.
+/// float64: metric.block_texels() of four numbers each. Zero from voxel `filled` on.
 void make_grid(const Metric& metric, std::span<const Voxel, kBlockVoxels> voxels,
-               std::uint64_t filled, const BlockWeights& weights, BlockSamples& samples,
+               std::uint64_t filled, const BlockWeights& weights, const BlockSamples& samples,
                std::span<float> texels);
 
 }  // namespace merl::reflectance

@@ -30,9 +30,10 @@ using BlockWeights = std::array<double, kBlockVoxels>;
 /// and what refines them. One block at a time; sums have a fixed order on every processor. All take
 /// the values of the metric's parameters.
 struct MetricTwin {
-    /// transform(f, v) of every voxel of a block, in place.
+    /// transform(f, v) of every voxel of a block.
     void (*transform)(std::span<const double> parameters,
-                      std::span<const Voxel, kBlockVoxels> voxels, BlockSamples& samples) = nullptr;
+                      std::span<const Voxel, kBlockVoxels> voxels, const BlockSamples& samples,
+                      BlockSamples& transformed) = nullptr;
     /// weight(v) of every voxel of a block.
     void (*weigh)(std::span<const double> parameters, std::span<const Voxel, kBlockVoxels> voxels,
                   BlockWeights& weights) = nullptr;

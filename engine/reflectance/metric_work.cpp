@@ -212,12 +212,10 @@ void MetricWork::make_grid(Products& products, const Slab& slab, std::size_t mat
     }
     const auto texels = products.grid_->host_as<float>();
     const std::size_t size = std::size_t{metric_->block_texels()} * 4;
-    thread_local BlockSamples transformed;
     for (std::size_t block = 0; block < blocks.size(); ++block) {
-        transformed = blocks[block];
         reflectance::make_grid(
             *metric_, slab.voxels_of_block(block), slab.filled(block), products.weights_[block],
-            transformed,
+            blocks[block],
             texels.subspan((block * tiles_.padded_materials() + material) * size, size));
     }
 }

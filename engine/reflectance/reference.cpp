@@ -69,9 +69,8 @@ void sum_slab(const Database& database, std::span<const ReferenceRequest> reques
                 if (!grid[material]) {
                     grid[material] = std::make_unique<BlockSamples>();
                 }
-                *grid[material] = work.samples[material][block];
                 request.metric->twin.transform(request.metric->parameters, of_block,
-                                               *grid[material]);
+                                               work.samples[material][block], *grid[material]);
             }
             for (std::size_t p = 0; p < request.pairs.size(); ++p) {
                 const auto [a, b] = request.pairs[p];

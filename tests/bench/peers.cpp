@@ -65,8 +65,10 @@ void fill_block(Subset& subset, std::size_t block, const Metric& metric, const D
     BlockWeights weights = {};
     metric.twin.weigh(metric.parameters, voxels, weights);
     std::fill(weights.begin() + static_cast<std::ptrdiff_t>(last - first), weights.end(), 0.0);
+    auto transformed = std::make_unique<BlockSamples>();
     for (auto& material : samples) {
-        metric.twin.transform(metric.parameters, voxels, material);
+        metric.twin.transform(metric.parameters, voxels, material, *transformed);
+        material = *transformed;
     }
     std::size_t pair = 0;
     for (std::size_t i = 0; i < samples.size(); ++i) {

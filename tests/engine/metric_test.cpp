@@ -110,9 +110,10 @@ Rgb transformed(const Metric& metric, const Rgb& rgb, const Voxel& voxel = {}) {
     for (std::size_t i = 0; i < 3; ++i) {
         (*samples)[i][7] = rgb[i];
     }
+    auto result = std::make_unique<BlockSamples>();
     metric.twin.transform(metric.parameters, std::span<const Voxel, kBlockVoxels>(voxels),
-                          *samples);
-    return {(*samples)[0][7], (*samples)[1][7], (*samples)[2][7]};
+                          *samples, *result);
+    return {(*result)[0][7], (*result)[1][7], (*result)[2][7]};
 }
 
 /// The weight of one voxel.
