@@ -5,6 +5,7 @@
 #include <array>
 #include <cerrno>
 #include <charconv>
+#include <cmath>
 #include <system_error>
 
 namespace merl::scan {
@@ -33,6 +34,13 @@ void append_number(std::string& out, double value) {
     std::array<char, 32> digits{};
     const auto result = std::to_chars(digits.data(), digits.data() + digits.size(), value);
     out.append(digits.data(), result.ptr);
+}
+
+void append_figure(std::string& out, double value) {
+    out += ',';
+    if (!std::isnan(value)) {
+        append_number(out, value);
+    }
 }
 
 void write_all(int file, std::string_view text) {

@@ -18,6 +18,9 @@ std::string csv_free_text(std::string_view text);
 /// Appends the shortest decimal number that reads back as the same double.
 void append_number(std::string& out, double value);
 
+/// Appends a comma and the number, which is left out where it is not one: there is no such figure.
+void append_figure(std::string& out, double value);
+
 /// Writes everything to a file descriptor. Throws std::system_error with the error of write(2).
 void write_all(int file, std::string_view text);
 

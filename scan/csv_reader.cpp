@@ -22,6 +22,15 @@ CsvReader::CsvReader(std::string_view text, std::string file)
     }
 }
 
+std::vector<std::string> CsvReader::header() {
+    std::vector<std::string> fields;
+    if (!next(fields)) {
+        fail("found no row; expected a header");
+    }
+    width_ = fields.size();
+    return fields;
+}
+
 bool CsvReader::next(std::vector<std::string>& fields) {
     while (take_line_end()) {
     }
@@ -41,7 +50,7 @@ bool CsvReader::next(std::vector<std::string>& fields) {
             read_plain(field);
         }
         if (position_ == text_.size() || take_line_end()) {
-            return true;
+            break;
         }
         if (text_[position_] != ',') {
             fail(
@@ -51,6 +60,10 @@ bool CsvReader::next(std::vector<std::string>& fields) {
         }
         ++position_;
     }
+    if (width_ != 0 && fields.size() != width_) {
+        fail(fmt::format("found {} fields; expected {}, as in the header", fields.size(), width_));
+    }
+    return true;
 }
 
 double CsvReader::share() const {

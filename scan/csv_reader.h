@@ -18,6 +18,10 @@ class CsvReader {
     /// `file` is what errors call the text, which must outlive the reader.
     CsvReader(std::string_view text, std::string file);
 
+    /// The first row, or an InputError where there is none. From then on a row with another number
+    /// of fields is an InputError.
+    std::vector<std::string> header();
+
     /// Puts the next row into `fields` and returns true, or returns false after the last one.
     bool next(std::vector<std::string>& fields);
 
@@ -40,6 +44,7 @@ class CsvReader {
     std::size_t position_ = 0;
     std::uint64_t line_ = 1;  // of position_
     std::uint64_t row_line_ = 1;
+    std::size_t width_ = 0;  // fields of the header; 0 without one
 };
 
 }  // namespace merl::scan

@@ -3,8 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
-#include <cmath>
 #include <limits>
 #include <numeric>
 #include <optional>
@@ -14,6 +12,7 @@
 #include "scan/csv.h"
 #include "scan/csv_reader.h"
 #include "scan/input.h"
+#include "scan/number.h"
 
 namespace merl::scan {
 namespace {
@@ -127,14 +126,12 @@ std::vector<std::size_t> places_of(std::span<const std::string> wanted,
 }
 
 double parse_distance(const std::string& text, const std::string& metric, const CsvReader& reader) {
-    double value = 0;
-    const char* const end = text.data() + text.size();
-    const auto [stop, error] = std::from_chars(text.data(), end, value);
-    if (error != std::errc() || stop != end || !std::isfinite(value) || value < 0) {
+    const auto value = parse_magnitude(text);
+    if (!value) {
         reader.fail(
             fmt::format("{}: found \"{}\"; expected a finite number, zero or more", metric, text));
     }
-    return value + 0.0;  // -0 becomes 0
+    return *value + 0.0;  // -0 becomes 0
 }
 
 /// For every pair in pair order the row that has it. Each must be there exactly once.
@@ -198,10 +195,7 @@ DistanceTable parse_distance_table(std::string_view text, const std::string& fil
                                    std::span<const std::string> columns,
                                    const std::function<void(double share)>& progress) {
     CsvReader reader(text, file);
-    std::vector<std::string> header;
-    if (!reader.next(header)) {
-        reader.fail("found no row; expected a header");
-    }
+    const auto header = reader.header();
     const auto metrics = metrics_of(header, reader);
     const std::vector<std::string> wanted =
         columns.empty() ? metrics : std::vector(columns.begin(), columns.end());
@@ -212,10 +206,6 @@ DistanceTable parse_distance_table(std::string_view text, const std::string& fil
     std::vector<std::vector<double>> values(wanted.size());  // by row
     std::vector<std::string> fields;
     while (reader.next(fields)) {
-        if (fields.size() != header.size()) {
-            reader.fail(fmt::format("found {} fields; expected {}, as in the header", fields.size(),
-                                    header.size()));
-        }
         if (fields[0].empty() || fields[1].empty()) {
             reader.fail("found a material without a name");
         }

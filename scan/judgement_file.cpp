@@ -4,12 +4,12 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <utility>
 
 #include "scan/csv_reader.h"
 #include "scan/input.h"
 #include "scan/lagunas.h"
+#include "scan/number.h"
 #include "scan/pairs.h"
 
 namespace merl::scan {
@@ -24,14 +24,12 @@ const std::vector<std::string> configuration_header = {
 
 std::uint64_t parse_votes(const std::string& text, const std::string& column,
                           const CsvReader& reader) {
-    std::uint64_t votes = 0;
-    const char* const end = text.data() + text.size();
-    const auto [stop, error] = std::from_chars(text.data(), end, votes);
-    if (error != std::errc() || stop != end || votes > max_votes) {
+    const auto votes = parse_number<std::uint64_t>(text);
+    if (!votes || *votes > max_votes) {
         reader.fail(fmt::format("{}: found \"{}\"; expected a whole number from 0 to {}", column,
                                 text, max_votes));
     }
-    return votes;
+    return *votes;
 }
 
 /// Turns the fields of a row into votes; knows what the columns are called.
@@ -101,10 +99,7 @@ class RowReader {
 JudgementFile parse_csv(std::string_view text, const std::string& file,
                         const std::function<void(double share)>& progress) {
     CsvReader reader(text, file);
-    std::vector<std::string> header;
-    if (!reader.next(header)) {
-        reader.fail("found no row; expected a header");
-    }
+    const auto header = reader.header();
     if (header != reference_header && header != configuration_header) {
         reader.fail(fmt::format(
             R"(found the columns "{}"; expected "{}" or "{}")",
@@ -119,10 +114,6 @@ JudgementFile parse_csv(std::string_view text, const std::string& file,
     JudgementFile result = {file, with_reference ? "reference CSV" : "configuration CSV", {}, {}};
     std::vector<std::string> fields;
     while (reader.next(fields)) {
-        if (fields.size() != header.size()) {
-            reader.fail(fmt::format("found {} fields; expected {}, as in the header", fields.size(),
-                                    header.size()));
-        }
         if (result.rows.size() == max_judgement_rows) {
             reader.fail(fmt::format("found more than {} rows", max_judgement_rows));
         }

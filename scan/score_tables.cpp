@@ -2,20 +2,12 @@
 
 #include <fmt/format.h>
 
-#include <cmath>
 #include <string>
 
 #include "scan/csv.h"
 
 namespace merl::scan {
 namespace {
-
-void append_figure(std::string& out, double value) {
-    out += ',';
-    if (!std::isnan(value)) {
-        append_number(out, value);
-    }
-}
 
 void append_estimate(std::string& out, const Estimate& estimate) {
     append_figure(out, estimate.value);

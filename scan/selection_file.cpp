@@ -2,11 +2,10 @@
 
 #include <fmt/format.h>
 
-#include <charconv>
-#include <cmath>
 #include <optional>
 
 #include "scan/csv_reader.h"
+#include "scan/number.h"
 
 namespace merl::scan {
 namespace {
@@ -25,10 +24,7 @@ std::optional<std::string> metric_of(const std::string& left, const std::string&
 }
 
 void read_header(CsvReader& reader, SelectionFile& selection) {
-    std::vector<std::string> header;
-    if (!reader.next(header)) {
-        reader.fail("found no row; expected a header");
-    }
+    const auto header = reader.header();
     const std::vector<std::string> fixed = {"rank", "left_1", "left_2", "right_1", "right_2"};
     if (header.size() == columns && header.back() == "agreement" &&
         std::equal(fixed.begin(), fixed.end(), header.begin())) {
@@ -47,13 +43,11 @@ void read_header(CsvReader& reader, SelectionFile& selection) {
 }
 
 double number(const std::string& text, const CsvReader& reader) {
-    double value = 0;
-    const auto [stop, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-    if (error != std::errc() || stop != text.data() + text.size() || !std::isfinite(value) ||
-        value < 0) {
+    const auto value = parse_magnitude(text);
+    if (!value) {
         reader.fail(fmt::format("found \"{}\"; expected a finite number, zero or more", text));
     }
-    return value;
+    return *value;
 }
 
 }  // namespace
@@ -65,9 +59,6 @@ SelectionFile parse_selection(std::string_view text, const std::string& file) {
     read_header(reader, selection);
     std::vector<std::string> fields;
     while (reader.next(fields)) {
-        if (fields.size() != columns) {
-            reader.fail(fmt::format("found {} fields; expected {}", fields.size(), columns));
-        }
         const auto rank = std::to_string(selection.configurations.size() + 1);
         if (fields[0] != rank) {
             reader.fail(fmt::format("rank: found \"{}\"; expected {}", fields[0], rank));

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "scan/csv.h"
 #include "scan/csv_reader.h"
 
@@ -15,15 +17,13 @@ const std::vector<std::string> survey_header = {"judge", "question", "answer"};
 void parse_survey(std::string_view text, const std::string& file,
                   std::vector<SurveyAnswer>& answers) {
     CsvReader reader(text, file);
-    std::vector<std::string> fields;
-    if (!reader.next(fields) || fields != survey_header) {
-        reader.fail("expected the columns judge,question,answer");
+    if (auto header = reader.header(); header != survey_header) {
+        header.resize(std::min<std::size_t>(header.size(), 8));
+        reader.fail(fmt::format(R"(found the columns "{}"; expected "{}")", fmt::join(header, ","),
+                                fmt::join(survey_header, ",")));
     }
+    std::vector<std::string> fields;
     while (reader.next(fields)) {
-        if (fields.size() != survey_header.size()) {
-            reader.fail(fmt::format("found {} fields; expected {}, as in the header", fields.size(),
-                                    survey_header.size()));
-        }
         answers.push_back({fields[0], fields[1], fields[2]});
     }
 }

@@ -3,12 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
-#include <cmath>
 #include <set>
 #include <utility>
 
 #include "scan/csv_reader.h"
+#include "scan/number.h"
 
 namespace merl::scan {
 namespace {
@@ -72,14 +71,11 @@ class RowReader {
     }
 
     std::uint64_t number(Column column) const {
-        const std::string& text = fields_[column];
-        std::uint64_t value = 0;
-        const auto [stop, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-        if (error != std::errc() || stop != text.data() + text.size() || value == 0 ||
-            value > 1'000'000'000) {
+        const auto value = parse_number<std::uint64_t>(fields_[column]);
+        if (!value || *value == 0 || *value > 1'000'000'000) {
             fail(column, "a whole number from 1 to 1000000000");
         }
-        return value;
+        return *value;
     }
 
     /// The digit that the field is, one of `digits`.
@@ -99,14 +95,11 @@ class RowReader {
     }
 
     std::optional<double> milliseconds() const {
-        const std::string& text = fields_[response_ms];
-        if (text.empty()) {
+        if (fields_[response_ms].empty()) {
             return std::nullopt;
         }
-        double value = 0;
-        const auto [stop, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-        if (error != std::errc() || stop != text.data() + text.size() || !std::isfinite(value) ||
-            value < 0) {
+        const auto value = parse_magnitude(fields_[response_ms]);
+        if (!value) {
             fail(response_ms, "a number of milliseconds, zero or more, or nothing");
         }
         return value;
@@ -117,10 +110,7 @@ class RowReader {
 };
 
 void expect_header(CsvReader& reader) {
-    std::vector<std::string> header;
-    if (!reader.next(header)) {
-        reader.fail("found no row; expected a header");
-    }
+    auto header = reader.header();
     if (header != vote_header) {
         header.resize(std::min(header.size(), vote_header.size()));
         reader.fail(fmt::format(R"(found the columns "{}"; expected "{}")", fmt::join(header, ","),
@@ -171,10 +161,6 @@ VoteFile parse_votes(std::string_view text, const std::string& file) {
     std::set<std::pair<std::uint64_t, TrialKind>> trials;
     std::vector<std::string> fields;
     while (reader.next(fields)) {
-        if (fields.size() != vote_header.size()) {
-            reader.fail(fmt::format("found {} fields; expected {}, as in the header", fields.size(),
-                                    vote_header.size()));
-        }
         if (result.rows.size() == max_trials) {
             reader.fail(fmt::format("found more than {} trials", max_trials));
         }

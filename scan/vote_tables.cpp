@@ -12,13 +12,6 @@
 namespace merl::scan {
 namespace {
 
-void append_figure(std::string& out, double value) {
-    out += ',';
-    if (!std::isnan(value)) {
-        append_number(out, value);
-    }
-}
-
 void append_counts(std::string& out, const OptionCounts& counts) {
     out += fmt::format(",{},{},{}", counts.votes[0], counts.votes[1], counts.votes[2]);
 }

@@ -45,6 +45,23 @@ TEST(CsvReader, PlainRows) {
     EXPECT_EQ(rows_of(" a , b "), (Rows{{" a ", " b "}}));
 }
 
+TEST(CsvReader, RowsAreAsWideAsTheHeader) {
+    const std::string text = "a,b\n1,2\n\n3\n";
+    CsvReader reader(text, "file.csv");
+    EXPECT_THAT(reader.header(), ElementsAre("a", "b"));
+    std::vector<std::string> fields;
+    EXPECT_TRUE(reader.next(fields));
+    try {
+        reader.next(fields);
+        ADD_FAILURE() << "a row of one field was taken";
+    } catch (const InputError& error) {
+        EXPECT_STREQ(error.what(),
+                     "file.csv, line 4: found 1 fields; expected 2, as in the header");
+    }
+    CsvReader empty("\n", "file.csv");
+    EXPECT_THROW(empty.header(), InputError);
+}
+
 // The examples of RFC 4180, section 2.
 TEST(CsvReader, QuotedRows) {
     EXPECT_EQ(rows_of("\"aaa\",\"bbb\",\"ccc\"\r\nzzz,yyy,xxx"),
