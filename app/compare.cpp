@@ -133,25 +133,23 @@ void print_comparisons(const scan::DistanceTable& table,
 void print_summary(const Options& options, const ObtainedDistances& obtained,
                    const scan::ComparisonResult& compared, const Seconds& seconds) {
     const auto& table = obtained.table;
-    const auto line = [](const std::string& name, const std::string& text) {
-        print_line(fmt::format("{:<16}{}", name, text), kResultsAreThere);
-    };
     for (const auto& [name, text] : obtained.source_lines) {
-        line(name, text);
+        print_result(name, text);
     }
-    line("pairs", fmt::format("{}", fmt::group_digits(table.pairs())));
-    line("configurations",
-         fmt::format("{}", fmt::group_digits(scan::configuration_count(table.pairs()))));
-    line("metrics", fmt::format("{}", table.metrics.size()));
+    print_result("pairs", fmt::format("{}", fmt::group_digits(table.pairs())));
+    print_result("configurations",
+                 fmt::format("{}", fmt::group_digits(scan::configuration_count(table.pairs()))));
+    print_result("metrics", fmt::format("{}", table.metrics.size()));
     print_comparisons(table, compared.comparisons);
     for (const auto& [name, text] : obtained.device_lines) {
-        line(name, text);
+        print_result(name, text);
     }
-    line("seconds", fmt::format("{:.2f}: device {:.2f}, distances {:.2f}, compare {:.2f}, write "
-                                "{:.2f}",
-                                seconds.total(), seconds.device, seconds.distances, seconds.compare,
-                                seconds.write));
-    line("results", options.out + ": open compare.html in a browser");
+    print_result("seconds",
+                 fmt::format("{:.2f}: device {:.2f}, distances {:.2f}, compare {:.2f}, write "
+                             "{:.2f}",
+                             seconds.total(), seconds.device, seconds.distances, seconds.compare,
+                             seconds.write));
+    print_result("results", options.out + ": open compare.html in a browser");
 }
 
 int run(const Options& options) {
@@ -199,10 +197,7 @@ void add_compare(CLI::App& program, Command& chosen) {
     auto* command = program.add_subcommand(
         "compare", "Every two metrics beside each other: how often they disagree, and where most");
     add_distance_options(*command, options->distances, kMetrics);
-    command->add_option("--out", options->out, "The directory to make")
-        ->transform(not_empty())
-        ->capture_default_str();
-    command->add_flag("--force", options->force, "Replace the results in an existing directory");
+    add_output_options(*command, options->out, options->force);
     command->add_flag("--quiet", options->quiet, "No progress and no summary");
     command->footer(
         std::string("Writes distances.csv, compare.csv, compare.html and summary.json "

@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 #include <xxhash.h>
 
+#include <cmath>
+
 #include "app/terminal.h"
 #include "scan/pairs.h"
 
@@ -41,6 +43,27 @@ nlohmann::ordered_json counts_json(const scan::Counts& counts) {
 
 std::string counted_by(bool streamed) {
     return streamed ? "streaming and inversions" : "inversions";
+}
+
+nlohmann::ordered_json figure_json(double value) {
+    if (std::isnan(value)) {
+        return nullptr;
+    }
+    return std::isinf(value) ? nlohmann::ordered_json(value > 0 ? "inf" : "-inf")
+                             : nlohmann::ordered_json(value);
+}
+
+nlohmann::ordered_json estimate_json(const scan::Estimate& estimate) {
+    return {{"value", figure_json(estimate.value)},
+            {"low", figure_json(estimate.interval.low)},
+            {"high", figure_json(estimate.interval.high)}};
+}
+
+std::string estimate_text(const scan::Estimate& estimate) {
+    const auto& [low, high] = estimate.interval;
+    return std::isnan(estimate.value) ? "-"
+           : std::isnan(low)          ? fmt::format("{:.3f}", estimate.value)
+                             : fmt::format("{:.3f} [{:.3f}, {:.3f}]", estimate.value, low, high);
 }
 
 std::string content_hash(std::string_view bytes) {

@@ -8,6 +8,7 @@
 
 #include "scan/agreement.h"
 #include "scan/count.h"
+#include "scan/estimate.h"
 
 namespace merl::app {
 
@@ -25,6 +26,17 @@ nlohmann::ordered_json counts_json(const scan::Counts& counts);
 
 /// How they were counted.
 std::string counted_by(bool streamed);
+
+/// A number; null where it is not one, which says that there is no such figure; "inf" and "-inf",
+/// which JSON has no number for.
+nlohmann::ordered_json figure_json(double value);
+
+/// A figure with its interval: `value`, `low`, `high`.
+nlohmann::ordered_json estimate_json(const scan::Estimate& estimate);
+
+/// The same as one reads it: "0.698 [0.681, 0.715]", without the interval where there is none, "-"
+/// where there is no figure.
+std::string estimate_text(const scan::Estimate& estimate);
 
 /// What summaries call `content_hash`: XXH3-128 of the bytes, in hexadecimal digits.
 std::string content_hash(std::string_view bytes);

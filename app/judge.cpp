@@ -199,26 +199,25 @@ std::string hash_of(const ordered_json& kit, const Images& images) {
 void print_summary(const Options& options, const reflectance::Database& database,
                    const std::vector<scan::PlannedTrial>& trials, const ShownMaterials& shown,
                    const std::string& device, double seconds, std::size_t bytes) {
-    const auto line = [](const std::string& name, const std::string& text) {
-        print_line(fmt::format("{:<16}{}", name, text), kResultsAreThere);
-    };
     const auto count = [&](scan::TrialKind kind) {
         return std::ranges::count(trials, kind, &scan::PlannedTrial::kind);
     };
-    line("database", fmt::format("{}, {}", database.name(), database.kind()));
-    line("trials",
-         fmt::format("{}: {} of the selection, {} repeats, {} sentinels, {} random disagreements",
-                     trials.size(), count(scan::TrialKind::selection),
-                     count(scan::TrialKind::repeat), count(scan::TrialKind::sentinel),
-                     count(scan::TrialKind::random)));
-    line("spheres",
-         fmt::format("{} materials, {} light{}", shown.names().size(), options.image.lights.size(),
-                     options.image.lights.size() == 1 ? "" : "s"));
-    line("device", device);
-    line("seconds", fmt::format("{:.2f}", seconds));
-    line("kit", fmt::format("{}: open index.html in a browser ({:.1f} MB); keep kit.json for "
-                            "`merl-scan votes`",
-                            options.out, static_cast<double>(bytes) / 1e6));
+    print_result("database", fmt::format("{}, {}", database.name(), database.kind()));
+    print_result(
+        "trials",
+        fmt::format("{}: {} of the selection, {} repeats, {} sentinels, {} random disagreements",
+                    trials.size(), count(scan::TrialKind::selection),
+                    count(scan::TrialKind::repeat), count(scan::TrialKind::sentinel),
+                    count(scan::TrialKind::random)));
+    print_result("spheres", fmt::format("{} materials, {} light{}", shown.names().size(),
+                                        options.image.lights.size(),
+                                        options.image.lights.size() == 1 ? "" : "s"));
+    print_result("device", device);
+    print_result("seconds", fmt::format("{:.2f}", seconds));
+    print_result("kit",
+                 fmt::format("{}: open index.html in a browser ({:.1f} MB); keep kit.json for "
+                             "`merl-scan votes`",
+                             options.out, static_cast<double>(bytes) / 1e6));
 }
 
 int run(const Options& options) {

@@ -53,11 +53,7 @@ int show(const std::string& name) {
     if (text.empty()) {
         text = reflectance::find_metric(name).source;
     }
-    while (!text.empty()) {
-        const auto end = text.find('\n');
-        print_line(text.substr(0, end));
-        text.remove_prefix(end == std::string_view::npos ? text.size() : end + 1);
-    }
+    print_lines(text);
     return kSuccess;
 }
 

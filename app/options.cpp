@@ -4,24 +4,17 @@
 
 #include <algorithm>
 #include <cctype>
-#include <charconv>
 #include <limits>
 #include <optional>
 #include <string>
 #include <string_view>
 
+#include "scan/number.h"
+
 namespace merl::app {
 namespace {
 
 constexpr std::uint64_t kLargest = std::numeric_limits<std::uint64_t>::max();
-
-/// Decimal digits and nothing else.
-std::optional<std::uint64_t> parse_digits(std::string_view text) {
-    std::uint64_t value = 0;
-    const auto* const end = text.data() + text.size();
-    const auto [stop, error] = std::from_chars(text.data(), end, value);
-    return error == std::errc() && stop == end ? std::optional(value) : std::nullopt;
-}
 
 std::optional<std::uint64_t> parse_bytes(const std::string& text) {
     const std::size_t digits = std::min(text.find_first_not_of("0123456789"), text.size());
@@ -34,7 +27,7 @@ std::optional<std::uint64_t> parse_bytes(const std::string& text) {
     const bool known = power == 0
                            ? rest.empty()
                            : power < kUnits.size() && (rest.empty() || rest == "b" || rest == "ib");
-    const auto number = parse_digits(std::string_view(text).substr(0, digits));
+    const auto number = scan::parse_number<std::uint64_t>(std::string_view(text).substr(0, digits));
     if (!known || !number || *number > kLargest >> (10 * power)) {
         return std::nullopt;
     }
@@ -45,7 +38,7 @@ std::optional<std::uint64_t> parse_bytes(const std::string& text) {
 
 CLI::Validator whole_number(std::uint64_t least, std::uint64_t most) {
     return {[=](std::string& text) {
-                const auto value = parse_digits(text);
+                const auto value = scan::parse_number<std::uint64_t>(text);
                 if (!value || *value < least || *value > most) {
                     return fmt::format("expected a whole number from {} to {}, found \"{}\"", least,
                                        most, text);
@@ -58,12 +51,9 @@ CLI::Validator whole_number(std::uint64_t least, std::uint64_t most) {
 
 CLI::Validator number(double least, double most) {
     return {[=](const std::string& text) {
-                double value = 0;
-                const auto* const end = text.data() + text.size();
-                const auto [stop, error] = std::from_chars(text.data(), end, value);
+                const auto value = scan::parse_number<double>(text);
                 // Not a number is not between them either.
-                const bool good =
-                    error == std::errc() && stop == end && value >= least && value <= most;
+                const bool good = value && *value >= least && *value <= most;
                 return good ? std::string()
                             : fmt::format("expected a number from {} to {}, found \"{}\"", least,
                                           most, text);
@@ -90,6 +80,25 @@ CLI::Validator not_empty() {
                 return std::string(text.empty() ? "expected a path, found an empty text" : "");
             },
             ""};
+}
+
+CLI::Option* add_output_options(CLI::App& command, std::string& out, bool& force) {
+    auto* option = command.add_option("--out", out, "The directory to make")
+                       ->transform(not_empty())
+                       ->capture_default_str();
+    command.add_flag("--force", force, "Replace the results in an existing directory");
+    return option;
+}
+
+void add_bootstrap_options(CLI::App& command, scan::BootstrapOptions& options) {
+    command
+        .add_option("--replicates", options.replicates,
+                    "Bootstrap samples for the intervals; 0 for none")
+        ->transform(whole_number(0, 1'000'000))
+        ->capture_default_str();
+    command.add_option("--seed", options.seed, "Which samples those are")
+        ->transform(whole_number(0, kLargest))
+        ->capture_default_str();
 }
 
 }  // namespace merl::app

@@ -2,6 +2,9 @@
 
 #include <CLI/CLI.hpp>
 #include <cstdint>
+#include <string>
+
+#include "scan/bootstrap.h"
 
 namespace merl::app {
 
@@ -20,5 +23,11 @@ CLI::Validator byte_count();
 
 /// Any text but none, which "$RESULTS" is when the shell has no such variable.
 CLI::Validator not_empty();
+
+/// Adds --out and --force of a command that writes a directory of results. Returns --out.
+CLI::Option* add_output_options(CLI::App& command, std::string& out, bool& force);
+
+/// Adds --replicates and --seed.
+void add_bootstrap_options(CLI::App& command, scan::BootstrapOptions& options);
 
 }  // namespace merl::app

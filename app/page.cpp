@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <cstdint>
 #include <stdexcept>
 
 namespace merl::app {
@@ -15,6 +16,24 @@ std::string script_json(const nlohmann::ordered_json& json) {
             text += fmt::format("\\u{:04x}", static_cast<unsigned>(c));
         } else {
             text += c;
+        }
+    }
+    return text;
+}
+
+std::string base64(std::string_view bytes) {
+    constexpr std::string_view kDigits =
+        "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    std::string text;
+    text.reserve((bytes.size() + 2) / 3 * 4);
+    for (std::size_t i = 0; i < bytes.size(); i += 3) {
+        const std::string_view three = bytes.substr(i, 3);
+        std::uint32_t bits = 0;
+        for (std::size_t j = 0; j < 3; ++j) {
+            bits = bits << 8U | (j < three.size() ? static_cast<unsigned char>(three[j]) : 0U);
+        }
+        for (std::size_t j = 0; j < 4; ++j) {
+            text += j <= three.size() ? kDigits[bits >> (18 - 6 * j) & 63U] : '=';
         }
     }
     return text;

@@ -9,6 +9,9 @@ namespace merl::app {
 /// JSON that can stand in a script element: nothing in it begins or ends a tag or a comment.
 std::string script_json(const nlohmann::ordered_json& json);
 
+/// RFC 4648, section 4.
+std::string base64(std::string_view bytes);
+
 /// The page with `text` in the one place called `place`. Throws std::logic_error where it is
 /// missing.
 std::string filled_in(std::string page, std::string_view place, const std::string& text);

@@ -3,16 +3,19 @@
 #include <fmt/format.h>
 #include <tbb/parallel_for.h>
 
-#include <charconv>
 #include <cmath>
 #include <memory>
+#include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "app/commands.h"
 #include "app/exit_status.h"
+#include "app/options.h"
 #include "app/terminal.h"
 #include "engine/error.h"
+#include "scan/number.h"
 #include "scan/uniform_test.h"
 #include "scan/vote_statistics.h"
 
@@ -28,7 +31,7 @@ struct Options {
     std::string judges = "5:30";
     std::string configurations = "20:200";
     double p = 0.8;
-    double equal = -1;  // half of what p leaves
+    std::optional<double> equal;  // half of what p leaves without
 };
 
 struct Range {
@@ -38,16 +41,14 @@ struct Range {
 
 Range range_of(const std::string& option, const std::string& text, std::uint32_t most) {
     const auto number = [&](std::string_view part) {
-        std::uint32_t value = 0;
-        const auto [stop, error] = std::from_chars(part.data(), part.data() + part.size(), value);
-        if (error != std::errc() || stop != part.data() + part.size() || value < 1 ||
-            value > most) {
+        const auto value = scan::parse_number<std::uint32_t>(part);
+        if (!value || *value < 1 || *value > most) {
             throw Error(Fault::usage,
                         fmt::format("{}: expected a whole number or two, FROM:TO, from 1 to {}, "
                                     "found \"{}\"",
                                     option, most, text));
         }
-        return value;
+        return *value;
     };
     const auto colon = text.find(':');
     const std::string_view all = text;
@@ -71,20 +72,11 @@ std::vector<std::uint32_t> columns_of(const Range& range) {
     return columns;
 }
 
-void expect_probability(const char* option, double value) {
-    if (!(value >= 0 && value <= 1)) {
-        throw Error(Fault::usage,
-                    fmt::format("{}: expected a probability from 0 to 1, found {}", option, value));
-    }
-}
-
 int run(const Options& options) {
     const Range judges = range_of("--judges", options.judges, kMostJudges);
     const auto columns =
         columns_of(range_of("--configurations", options.configurations, kMostConfigurations));
-    expect_probability("--p", options.p);
-    const double equal = options.equal < 0 ? (1 - options.p) / 2 : options.equal;
-    expect_probability("--equal", equal);
+    const double equal = options.equal.value_or((1 - options.p) / 2);
     if (options.p + equal > 1 + 1e-12) {
         throw Error(Fault::usage,
                     fmt::format("--p and --equal: expected a sum of 1 or less, found {}",
@@ -154,9 +146,13 @@ void add_power(CLI::App& program, Command& chosen) {
         ->add_option("--configurations", options->configurations,
                      "Numbers of configurations, FROM:TO")
         ->capture_default_str();
-    command->add_option("--p", options->p, "How likely a vote is right")->capture_default_str();
-    command->add_option("--equal", options->equal,
-                        "How likely a vote is \"equal\"; default: half of what --p leaves");
+    command->add_option("--p", options->p, "How likely a vote is right")
+        ->transform(number(0, 1))
+        ->capture_default_str();
+    command
+        ->add_option("--equal", options->equal,
+                     "How likely a vote is \"equal\"; default: half of what --p leaves")
+        ->transform(number(0, 1));
     command->footer(
         "The figures are exact for independent votes (docs/experiment.md).\n"
         "\n"

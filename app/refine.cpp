@@ -49,7 +49,6 @@ Refined refine(scan::Distances& distances, const reflectance::Database& database
         replace(open.second, exact[1], distances.second, distances.second_bounds);
         refined.first += open.first.size();
         refined.second += open.second.size();
-        ++refined.rounds;
     }
 }
 
@@ -63,7 +62,7 @@ std::vector<std::uint64_t> refine_judged(scan::DistanceTable& table,
     std::vector<std::uint64_t> refined(metrics.size());
     for (std::size_t m = 0; m < metrics.size(); ++m) {
         const auto& column = table.metrics[m];
-        if (metrics[m]->twin.sum != nullptr) {
+        if (metrics[m]->has_twin()) {
             open[m] = scan::open_pairs(judgements, {column.metric, column.values, column.bounds});
         }
         if (!open[m].empty()) {

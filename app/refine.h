@@ -18,7 +18,6 @@ namespace merl::app {
 struct Refined {
     std::uint64_t first = 0;  // distances recomputed under the first metric
     std::uint64_t second = 0;
-    int rounds = 0;
 };
 
 /// Replaces, in float64, every distance on which a sign of a configuration or the selection rests

@@ -121,49 +121,51 @@ std::string summary_json(const Options& options, const Outcome& o) {
 void print_summary(const Options& options, const Outcome& o) {
     const auto& d = o.distances;
     const auto& counts = o.census.counts;
-    const auto line = [](const char* name, const std::string& text) {
-        print_line(fmt::format("{:<16}{}", name, text), kResultsAreThere);
-    };
     for (const auto& [name, text] : o.obtained.source_lines) {
-        line(name.c_str(), text);
+        print_result(name, text);
     }
-    line("metrics", fmt::format("{}, {}", d.first_metric, d.second_metric));
-    line("pairs", fmt::format("{}", fmt::group_digits(d.pairs())));
-    line("configurations", fmt::format("{}", fmt::group_digits(counts.configurations)));
-    line("disagreements", fmt::format("{} ({:.2f} %)", fmt::group_digits(counts.disagreements()),
-                                      100 * counts.disagreement_rate()));
+    print_result("metrics", fmt::format("{}, {}", d.first_metric, d.second_metric));
+    print_result("pairs", fmt::format("{}", fmt::group_digits(d.pairs())));
+    print_result("configurations", fmt::format("{}", fmt::group_digits(counts.configurations)));
+    print_result("disagreements",
+                 fmt::format("{} ({:.2f} %)", fmt::group_digits(counts.disagreements()),
+                             100 * counts.disagreement_rate()));
     if (o.strongest) {
-        line("strongest",
-             fmt::format("{} against {}, agreement {:.6f}", pair_text(d.names, o.strongest->left),
-                         pair_text(d.names, o.strongest->right), o.strongest->agreement));
+        print_result(
+            "strongest",
+            fmt::format("{} against {}, agreement {:.6f}", pair_text(d.names, o.strongest->left),
+                        pair_text(d.names, o.strongest->right), o.strongest->agreement));
     }
     if (!o.selection.empty()) {
-        line("selection",
-             fmt::format("{} configurations, agreement {:.6f} to {:.6f}", o.selection.size(),
-                         o.selection.front().agreement, o.selection.back().agreement));
+        print_result("selection", fmt::format("{} configurations, agreement {:.6f} to {:.6f}",
+                                              o.selection.size(), o.selection.front().agreement,
+                                              o.selection.back().agreement));
     }
     if (!o.exact) {
-        line("undecided", o.unbounded.empty()
-                              ? fmt::format("{} configurations, closer than float32 can tell",
-                                            fmt::group_digits(o.undecided))
-                              : fmt::format("{} configurations: no error bound is known for {}",
-                                            fmt::group_digits(o.undecided), o.unbounded));
+        print_result("undecided",
+                     o.unbounded.empty()
+                         ? fmt::format("{} configurations, closer than float32 can tell",
+                                       fmt::group_digits(o.undecided))
+                         : fmt::format("{} configurations: no error bound is known for {}",
+                                       fmt::group_digits(o.undecided), o.unbounded));
     } else if (o.obtained.database) {
-        line("refined",
-             fmt::format("{} + {} distances in float64; {} configurations were closer than "
-                         "float32 can tell",
-                         o.refined.first, o.refined.second, fmt::group_digits(o.undecided)));
+        print_result(
+            "refined",
+            fmt::format("{} + {} distances in float64; {} configurations were closer than "
+                        "float32 can tell",
+                        o.refined.first, o.refined.second, fmt::group_digits(o.undecided)));
     }
     for (const auto& [name, text] : o.obtained.device_lines) {
-        line(name.c_str(), text);
+        print_result(name, text);
     }
     const auto& s = o.seconds;
-    line("seconds",
-         fmt::format(
-             "{:.2f}: device {:.2f}, distances {:.2f}, refine {:.2f}, count {:.3f}, select {:.3f}, "
-             "list {:.2f}, write {:.2f}",
-             s.total(), s.device, s.distances, s.refine, s.count, s.select, s.list, s.write));
-    line("results", options.out);
+    print_result(
+        "seconds",
+        fmt::format(
+            "{:.2f}: device {:.2f}, distances {:.2f}, refine {:.2f}, count {:.3f}, select {:.3f}, "
+            "list {:.2f}, write {:.2f}",
+            s.total(), s.device, s.distances, s.refine, s.count, s.select, s.list, s.write));
+    print_result("results", options.out);
 }
 
 /// Writes the tables; summary.json, the last, is what says that they are complete.
@@ -254,9 +256,7 @@ void add_scan(CLI::App& program, Command& chosen) {
         "All pair distances under two metrics, all disagreements, and the configurations for "
         "judges");
     auto* distances = add_distance_options(*command, options->distances, kMetrics);
-    command->add_option("--out", options->out, "The directory to make")
-        ->transform(not_empty())
-        ->capture_default_str();
+    add_output_options(*command, options->out, options->force);
     constexpr std::uint32_t kMost = std::numeric_limits<std::uint32_t>::max();
     command->add_option("--select", options->select, "Configurations for judges")
         ->transform(whole_number(0, kMost))
@@ -273,7 +273,6 @@ void add_scan(CLI::App& program, Command& chosen) {
     distances->excludes(
         command->add_flag("--fast", options->fast,
                           "Do not refine: float32 decides, and what it leaves open is counted"));
-    command->add_flag("--force", options->force, "Replace the results in an existing directory");
     command->add_flag("--quiet", options->quiet, "No progress and no summary");
     command->footer(
         std::string("Writes pairs.csv, disagreements.csv, selection.csv and summary.json "

@@ -3,10 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <cstdint>
 #include <filesystem>
-#include <limits>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <numeric>
@@ -70,20 +68,6 @@ struct Outcome {
     Seconds seconds;
 };
 
-/// JSON has no infinity, and null says that there is no such figure.
-ordered_json figure_json(double value) {
-    if (std::isnan(value)) {
-        return nullptr;
-    }
-    return std::isinf(value) ? ordered_json(value > 0 ? "inf" : "-inf") : ordered_json(value);
-}
-
-ordered_json estimate_json(const scan::Estimate& estimate) {
-    return {{"value", figure_json(estimate.value)},
-            {"low", figure_json(estimate.interval.low)},
-            {"high", figure_json(estimate.interval.high)}};
-}
-
 ordered_json metric_json(const scan::MetricScore& metric) {
     return {{"majorities", estimate_json(metric.majorities)},
             {"votes", estimate_json(metric.votes)},
@@ -143,18 +127,6 @@ std::string summary_json(const Options& options, const Outcome& o) {
     return json_text(json);
 }
 
-std::string number_text(double value) {
-    return std::isnan(value) ? "-" : fmt::format("{:.3f}", value);
-}
-
-/// "0.698 [0.681, 0.715]"
-std::string estimate_text(const scan::Estimate& estimate) {
-    const auto& [low, high] = estimate.interval;
-    return std::isnan(low) ? number_text(estimate.value)
-                           : fmt::format("{} [{}, {}]", number_text(estimate.value),
-                                         number_text(low), number_text(high));
-}
-
 std::string cluster_text(const scan::Judgements& judgements) {
     const std::uint32_t alone = judgements.clusters - judgements.references;
     return alone == 0 ? fmt::format("{} reference materials", judgements.references)
@@ -177,10 +149,6 @@ void print(const std::string& text) {
     print_line(text, kResultsAreThere);
 }
 
-void print_line_of(const std::string& name, const std::string& text) {
-    print(fmt::format("{:<16}{}", name, text));
-}
-
 void print_unknown(const scan::Judgements& judgements) {
     constexpr std::size_t named = 5;
     std::string names;
@@ -188,11 +156,11 @@ void print_unknown(const scan::Judgements& judgements) {
         names += (i == 0 ? "" : ", ") + judgements.unknown[i].name;
     }
     if (!judgements.unknown.empty()) {
-        print_line_of("unknown",
-                      fmt::format("{} materials, in {} of {} rows: {}{}", judgements.unknown.size(),
-                                  fmt::group_digits(judgements.rows_with_unknown),
-                                  fmt::group_digits(judgements.rows), names,
-                                  judgements.unknown.size() > named ? " … (summary.json)" : ""));
+        print_result("unknown",
+                     fmt::format("{} materials, in {} of {} rows: {}{}", judgements.unknown.size(),
+                                 fmt::group_digits(judgements.rows_with_unknown),
+                                 fmt::group_digits(judgements.rows), names,
+                                 judgements.unknown.size() > named ? " … (summary.json)" : ""));
     }
 }
 
@@ -217,15 +185,15 @@ void print_precision(const Outcome& o) {
     const std::uint64_t refined =
         std::accumulate(o.refined.begin(), o.refined.end(), std::uint64_t{0});
     if (refined > 0) {
-        print_line_of("refined", fmt::format("{} distances in float64, on which predictions rest",
-                                             fmt::group_digits(refined)));
+        print_result("refined", fmt::format("{} distances in float64, on which predictions rest",
+                                            fmt::group_digits(refined)));
     }
     for (const auto& metric : o.score.metrics) {
         if (metric.undecided > 0) {
-            print_line_of("undecided",
-                          fmt::format("{}: {} configurations, computed in float32 without a bound "
-                                      "that tells",
-                                      metric.name, fmt::group_digits(metric.undecided)));
+            print_result("undecided",
+                         fmt::format("{}: {} configurations, computed in float32 without a bound "
+                                     "that tells",
+                                     metric.name, fmt::group_digits(metric.undecided)));
         }
     }
 }
@@ -260,26 +228,26 @@ void print_pairs(const scan::Score& score) {
 }
 
 void print_summary(const Options& options, const Outcome& o) {
-    print_line_of("judgements", fmt::format("{}, {}", options.judgements, o.format));
-    print_line_of("", judgements_text(o));
+    print_result("judgements", fmt::format("{}, {}", options.judgements, o.format));
+    print_result("", judgements_text(o));
     print_unknown(o.judgements);
     for (const auto& [name, text] : o.obtained.source_lines) {
-        print_line_of(name, text);
+        print_result(name, text);
     }
-    print_line_of("ceiling", estimate_text(o.score.ceiling) + " of the votes");
-    print_line_of("intervals", fmt::format("95 %, {} bootstrap samples of {}, seed {}",
-                                           fmt::group_digits(options.bootstrap.replicates),
-                                           cluster_text(o.judgements), options.bootstrap.seed));
+    print_result("ceiling", estimate_text(o.score.ceiling) + " of the votes");
+    print_result("intervals", fmt::format("95 %, {} bootstrap samples of {}, seed {}",
+                                          fmt::group_digits(options.bootstrap.replicates),
+                                          cluster_text(o.judgements), options.bootstrap.seed));
     print_precision(o);
     for (const auto& [name, text] : o.obtained.device_lines) {
-        print_line_of(name, text);
+        print_result(name, text);
     }
     const auto& s = o.seconds;
-    print_line_of("seconds",
-                  fmt::format("{:.2f}: judgements {:.2f}, device {:.2f}, distances {:.2f}, "
-                              "refine {:.2f}, score {:.2f}",
-                              s.total(), s.judgements, s.device, s.distances, s.refine, s.score));
-    print_line_of("results", options.out);
+    print_result("seconds",
+                 fmt::format("{:.2f}: judgements {:.2f}, device {:.2f}, distances {:.2f}, "
+                             "refine {:.2f}, score {:.2f}",
+                             s.total(), s.judgements, s.device, s.distances, s.refine, s.score));
+    print_result("results", options.out);
     print_metrics(o.score);
     print_pairs(o.score);
 }
@@ -357,18 +325,8 @@ void add_score(CLI::App& program, Command& chosen) {
         ->required()
         ->transform(not_empty());
     add_distance_options(*command, options->distances, kMetrics);
-    command->add_option("--out", options->out, "The directory to make")
-        ->transform(not_empty())
-        ->capture_default_str();
-    command
-        ->add_option("--replicates", options->bootstrap.replicates,
-                     "Bootstrap samples for the intervals; 0 for none")
-        ->transform(whole_number(0, 1'000'000))
-        ->capture_default_str();
-    command->add_option("--seed", options->bootstrap.seed, "Which samples those are")
-        ->transform(whole_number(0, std::numeric_limits<std::uint64_t>::max()))
-        ->capture_default_str();
-    command->add_flag("--force", options->force, "Replace the results in an existing directory");
+    add_output_options(*command, options->out, options->force);
+    add_bootstrap_options(*command, options->bootstrap);
     command->add_flag("--quiet", options->quiet, "No progress and no summary");
     command->footer(
         "Writes score.csv, score_pairs.csv, score.svg and summary.json (docs/scoring.md).\n"

@@ -78,6 +78,18 @@ void print_line(std::string_view text, std::string_view note) {
     flush_output(note);
 }
 
+void print_lines(std::string_view text) {
+    while (!text.empty()) {
+        const auto end = std::min(text.find('\n'), text.size());
+        print_line(text.substr(0, end));
+        text.remove_prefix(std::min(end + 1, text.size()));
+    }
+}
+
+void print_result(std::string_view name, std::string_view text) {
+    print_line(fmt::format("{:<16}{}", name, text), kResultsAreThere);
+}
+
 void flush_output(std::string_view note) {
     if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0) {
         throw Error(Fault::output, fmt::format("standard output cannot be written: {}{}",

@@ -19,6 +19,14 @@ inline constexpr std::string_view kResultsAreThere = "; the results are complete
 /// `note` after the reason.
 void print_line(std::string_view text, std::string_view note = {});
 
+/// Writes the lines of a text, like print_line; each ends with a line feed, the last perhaps
+/// without.
+void print_lines(std::string_view text);
+
+/// Writes a line of a summary, the text in a column beside its name, after the results are in
+/// place.
+void print_result(std::string_view name, std::string_view text);
+
 /// Sees to it that what went to standard output arrived. Throws Error (output) like print_line.
 void flush_output(std::string_view note = {});
 

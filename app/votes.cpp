@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <limits>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -82,39 +81,24 @@ Inputs read_inputs(const Options& options, ordered_json& sources) {
     return inputs;
 }
 
-void print(const std::string& text) {
-    print_line(text, kResultsAreThere);
-}
-
-void print_line_of(const std::string& name, const std::string& text) {
-    print(fmt::format("{:<16}{}", name, text));
-}
-
-std::string share_text(const scan::Estimate& share) {
-    const auto& [low, high] = share.interval;
-    return std::isnan(share.value) ? "-"
-           : std::isnan(low)       ? fmt::format("{:.3f}", share.value)
-                                   : fmt::format("{:.3f} [{:.3f}, {:.3f}]", share.value, low, high);
-}
-
 std::string p_text(double p) {
     return std::isnan(p) ? "-" : fmt::format("{:.2g}", p);
 }
 
 void print_overall(const std::string& name, const scan::Votes& votes, const scan::OverallVotes& o) {
     const auto line = [&](const std::string& side, std::size_t option) {
-        print_line_of(
+        print_result(
             "", fmt::format("{:<24}{:>8}  {}", side, fmt::group_digits(o.sides.votes.at(option)),
-                            share_text(o.shares.at(option))));
+                            estimate_text(o.shares.at(option))));
     };
-    print_line_of(name, fmt::format("{} votes, {} missing", fmt::group_digits(o.sides.answered()),
-                                    fmt::group_digits(o.sides.missing)));
+    print_result(name, fmt::format("{} votes, {} missing", fmt::group_digits(o.sides.answered()),
+                                   fmt::group_digits(o.sides.missing)));
     line(votes.first_metric + " right", 0);
     line("equal", 1);
     line(votes.second_metric + " right", 2);
-    print_line_of("", fmt::format("majorities: {} {}, {} {}", votes.first_metric, o.first_right,
-                                  votes.second_metric, o.second_right));
-    print_line_of(
+    print_result("", fmt::format("majorities: {} {}, {} {}", votes.first_metric, o.first_right,
+                                 votes.second_metric, o.second_right));
+    print_result(
         "", fmt::format("overall p {} (judges and materials as clusters); judges {} to "
                         "{}, sign test p {}",
                         p_text(o.p_value), o.judges_first, o.judges_second, p_text(o.judges_p)));
@@ -126,56 +110,56 @@ void print_significance(const scan::Votes& votes, const ordered_json& json) {
         return fmt::format("{} {}, {} {}", votes.second_metric, s[how][1].get<std::uint64_t>(),
                            votes.first_metric, s[how][0].get<std::uint64_t>());
     };
-    print_line_of("significant", fmt::format("of {} configurations at {}, one by one: {}",
-                                             s["configurations"].get<std::uint64_t>(),
-                                             scan::significance, counts("alone")));
-    print_line_of("", fmt::format("with Holm's correction for all of them: {}", counts("holm")));
+    print_result("significant", fmt::format("of {} configurations at {}, one by one: {}",
+                                            s["configurations"].get<std::uint64_t>(),
+                                            scan::significance, counts("alone")));
+    print_result("", fmt::format("with Holm's correction for all of them: {}", counts("holm")));
     const auto& fewest = s["fewest_judges_by_equal_votes"];
     if (!fewest.empty() && fewest[0].is_number()) {
-        print_line_of("",
-                      fmt::format("which takes {} judges or more who all say the same, {} if one "
-                                  "of them says equal",
-                                  fewest[0].get<std::uint64_t>(), fewest[1].get<std::uint64_t>()));
+        print_result("",
+                     fmt::format("which takes {} judges or more who all say the same, {} if one "
+                                 "of them says equal",
+                                 fewest[0].get<std::uint64_t>(), fewest[1].get<std::uint64_t>()));
     }
 }
 
 void print_judges(const scan::Votes& votes, const scan::VoteStatistics& statistics) {
     const auto& shown = statistics.bias.shown.votes;
-    print_line_of("screen sides",
-                  statistics.bias.swapped == 0
-                      ? fmt::format("left {}, equal {}, right {}; sides were not exchanged, so a "
-                                    "side bias cannot be told from the metrics",
-                                    shown[0], shown[1], shown[2])
-                      : fmt::format("left {}, equal {}, right {}; sign test p {}", shown[0],
-                                    shown[1], shown[2], p_text(statistics.bias.p_value)));
+    print_result("screen sides",
+                 statistics.bias.swapped == 0
+                     ? fmt::format("left {}, equal {}, right {}; sides were not exchanged, so a "
+                                   "side bias cannot be told from the metrics",
+                                   shown[0], shown[1], shown[2])
+                     : fmt::format("left {}, equal {}, right {}; sign test p {}", shown[0],
+                                   shown[1], shown[2], p_text(statistics.bias.p_value)));
     if (statistics.repeats.answered > 0) {
-        print_line_of("repeats", fmt::format("{} of {} as the first time, {}; {} the opposite",
-                                             statistics.repeats.passed, statistics.repeats.answered,
-                                             share_text(statistics.repeats.share()),
-                                             statistics.repeats.opposite));
+        print_result("repeats", fmt::format("{} of {} as the first time, {}; {} the opposite",
+                                            statistics.repeats.passed, statistics.repeats.answered,
+                                            estimate_text(statistics.repeats.share()),
+                                            statistics.repeats.opposite));
     }
     if (!statistics.sentinels_known) {
-        print_line_of("sentinels", "their answers are in kit.json: give it with --kit");
+        print_result("sentinels", "their answers are in kit.json: give it with --kit");
     } else if (statistics.sentinels.answered > 0) {
-        print_line_of(
-            "sentinels",
-            fmt::format("{} of {} failed, {} passed",
-                        statistics.sentinels.answered - statistics.sentinels.passed,
-                        statistics.sentinels.answered, share_text(statistics.sentinels.share())));
+        print_result("sentinels",
+                     fmt::format("{} of {} failed, {} passed",
+                                 statistics.sentinels.answered - statistics.sentinels.passed,
+                                 statistics.sentinels.answered,
+                                 estimate_text(statistics.sentinels.share())));
     }
-    print_line_of("agreement",
-                  fmt::format("Krippendorff's alpha {} (ordinal)", share_text(statistics.alpha)));
+    print_result("agreement",
+                 fmt::format("Krippendorff's alpha {} (ordinal)", estimate_text(statistics.alpha)));
     if (statistics.times.count > 0) {
-        print_line_of("response", fmt::format("median {:.1f} s, quartiles {:.1f} and {:.1f} s",
-                                              statistics.times.quartiles[1] / 1000,
-                                              statistics.times.quartiles[0] / 1000,
-                                              statistics.times.quartiles[2] / 1000));
+        print_result("response", fmt::format("median {:.1f} s, quartiles {:.1f} and {:.1f} s",
+                                             statistics.times.quartiles[1] / 1000,
+                                             statistics.times.quartiles[0] / 1000,
+                                             statistics.times.quartiles[2] / 1000));
     }
     for (std::size_t j = 0; j < votes.judges.size(); ++j) {
         const auto& judge = statistics.judges[j];
         if (judge.trials.missing > 0) {
-            print_line_of("missing", fmt::format("{}: {} of {} trials", votes.judges[j].name,
-                                                 judge.trials.missing, votes.trials));
+            print_result("missing", fmt::format("{}: {} of {} trials", votes.judges[j].name,
+                                                judge.trials.missing, votes.trials));
         }
     }
 }
@@ -183,32 +167,27 @@ void print_judges(const scan::Votes& votes, const scan::VoteStatistics& statisti
 void print_summary(const Options& options, const Inputs& inputs,
                    const scan::VoteStatistics& statistics, const ordered_json& json) {
     const auto& votes = inputs.votes;
-    print_line_of("judges", fmt::format("{}, {} trials each{}", votes.judges.size(),
-                                        fmt::group_digits(votes.trials),
-                                        votes.with_kit ? "" : "; not checked against a kit"));
-    print_line_of("metrics", fmt::format("{}, {}", votes.first_metric, votes.second_metric));
+    print_result("judges", fmt::format("{}, {} trials each{}", votes.judges.size(),
+                                       fmt::group_digits(votes.trials),
+                                       votes.with_kit ? "" : "; not checked against a kit"));
+    print_result("metrics", fmt::format("{}, {}", votes.first_metric, votes.second_metric));
     print_overall("selection", votes, statistics.selection);
     if (statistics.random) {
         print_overall("random", votes, *statistics.random);
     }
     print_significance(votes, json);
     print_judges(votes, statistics);
-    print_line_of("intervals", fmt::format("95 %, {} bootstrap samples, seed {}",
-                                           fmt::group_digits(options.bootstrap.replicates),
-                                           options.bootstrap.seed));
-    print_line_of("results", options.out + ": open votes.html in a browser");
+    print_result("intervals", fmt::format("95 %, {} bootstrap samples, seed {}",
+                                          fmt::group_digits(options.bootstrap.replicates),
+                                          options.bootstrap.seed));
+    print_result("results", options.out + ": open votes.html in a browser");
 }
 
 int print_thesis(const Options& options) {
     ordered_json sources;
     const auto inputs = read_inputs(options, sources);
     const auto statistics = scan::vote_statistics(inputs.votes, {.replicates = 0});
-    std::string table = scan::thesis_table(inputs.votes, statistics);
-    while (!table.empty()) {
-        const auto end = table.find('\n');
-        print_line(table.substr(0, end));
-        table.erase(0, end + 1);
-    }
+    print_lines(scan::thesis_table(inputs.votes, statistics));
     return kSuccess;
 }
 
@@ -274,21 +253,11 @@ void add_votes(CLI::App& program, Command& chosen) {
         ->add_option("--spheres", options->spheres,
                      "A directory of sphere images, MATERIAL.png, to show in the report")
         ->transform(not_empty());
-    auto* out = command->add_option("--out", options->out, "The directory to make")
-                    ->transform(not_empty())
-                    ->capture_default_str();
+    auto* out = add_output_options(*command, options->out, options->force);
     command
         ->add_flag("--thesis", options->thesis, "Print the table of the thesis and write nothing")
         ->excludes(out);
-    command
-        ->add_option("--replicates", options->bootstrap.replicates,
-                     "Bootstrap samples for the intervals; 0 for none")
-        ->transform(whole_number(0, 1'000'000))
-        ->capture_default_str();
-    command->add_option("--seed", options->bootstrap.seed, "Which samples those are")
-        ->transform(whole_number(0, std::numeric_limits<std::uint64_t>::max()))
-        ->capture_default_str();
-    command->add_flag("--force", options->force, "Replace the results in an existing directory");
+    add_bootstrap_options(*command, options->bootstrap);
     command->add_flag("--quiet", options->quiet, "No summary");
     command->footer(
         "Writes configurations.csv, judges.csv, judgements.csv (for score --judgements), "

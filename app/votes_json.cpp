@@ -1,9 +1,9 @@
 #include "app/votes_json.h"
 
 #include <array>
-#include <cmath>
 #include <string>
 
+#include "app/describe.h"
 #include "app/terminal.h"
 #include "scan/uniform_test.h"
 
@@ -12,21 +12,11 @@ namespace {
 
 using nlohmann::ordered_json;
 
-/// null says that there is no such figure.
-ordered_json figure(double value) {
-    return std::isnan(value) ? ordered_json() : ordered_json(value);
-}
-
-ordered_json estimate(const scan::Estimate& e) {
-    return {{"value", figure(e.value)},
-            {"low", figure(e.interval.low)},
-            {"high", figure(e.interval.high)}};
-}
-
 ordered_json times(const scan::ResponseTimes& t) {
     return {
         {"count", t.count},
-        {"quartiles", {figure(t.quartiles[0]), figure(t.quartiles[1]), figure(t.quartiles[2])}}};
+        {"quartiles",
+         {figure_json(t.quartiles[0]), figure_json(t.quartiles[1]), figure_json(t.quartiles[2])}}};
 }
 
 ordered_json bias(const scan::SideBias& b) {
@@ -34,14 +24,14 @@ ordered_json bias(const scan::SideBias& b) {
             {"equal", b.shown.votes[1]},
             {"right", b.shown.votes[2]},
             {"swapped", b.swapped},
-            {"p_value", figure(b.p_value)}};
+            {"p_value", figure_json(b.p_value)}};
 }
 
 ordered_json checks(const scan::Checks& c) {
     return {{"answered", c.answered},
             {"passed", c.passed},
             {"opposite", c.opposite},
-            {"share", estimate(c.share())}};
+            {"share", estimate_json(c.share())}};
 }
 
 ordered_json materials(const scan::FourMaterials& m) {
@@ -51,11 +41,12 @@ ordered_json materials(const scan::FourMaterials& m) {
 ordered_json overall(const scan::OverallVotes& o) {
     return {{"votes", o.sides.votes},
             {"missing", o.sides.missing},
-            {"shares", {estimate(o.shares[0]), estimate(o.shares[1]), estimate(o.shares[2])}},
-            {"lead", estimate(o.lead)},
-            {"p_value", figure(o.p_value)},
+            {"shares",
+             {estimate_json(o.shares[0]), estimate_json(o.shares[1]), estimate_json(o.shares[2])}},
+            {"lead", estimate_json(o.lead)},
+            {"p_value", figure_json(o.p_value)},
             {"judges", {o.judges_first, o.judges_second}},
-            {"judges_p", figure(o.judges_p)},
+            {"judges_p", figure_json(o.judges_p)},
             {"majorities", {o.first_right, o.second_right}}};
 }
 
@@ -67,10 +58,10 @@ ordered_json configuration(const scan::Votes& votes, const scan::ConfigurationVo
         ordered_json{{"agreement", c.agreement ? ordered_json(*c.agreement) : ordered_json()},
                      {"votes", row.sides.votes},
                      {"missing", row.sides.missing},
-                     {"p_first", figure(row.p_first)},
-                     {"p_first_holm", figure(row.p_first_holm)},
-                     {"p_second", figure(row.p_second)},
-                     {"p_second_holm", figure(row.p_second_holm)}});
+                     {"p_first", figure_json(row.p_first)},
+                     {"p_first_holm", figure_json(row.p_first_holm)},
+                     {"p_second", figure_json(row.p_second)},
+                     {"p_second_holm", figure_json(row.p_second_holm)}});
     return json;
 }
 
@@ -124,7 +115,7 @@ ordered_json votes_json(const scan::Votes& votes, const scan::VoteStatistics& st
         {"selection", overall(statistics.selection)},
         {"random", statistics.random ? overall(*statistics.random) : ordered_json()},
         {"significance", significance(votes, statistics)},
-        {"krippendorff_alpha", estimate(statistics.alpha)},
+        {"krippendorff_alpha", estimate_json(statistics.alpha)},
         {"side_bias", bias(statistics.bias)},
         {"repeats", checks(statistics.repeats)},
         {"sentinels", statistics.sentinels_known ? checks(statistics.sentinels) : ordered_json()},

@@ -19,24 +19,6 @@ using nlohmann::ordered_json;
 /// A sphere is a small image; all of them are in the page.
 constexpr std::size_t kMostImageBytes = std::size_t{4} << 20U;
 
-std::string base64(std::string_view bytes) {
-    constexpr std::string_view kDigits =
-        "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-    std::string text;
-    text.reserve((bytes.size() + 2) / 3 * 4);
-    for (std::size_t i = 0; i < bytes.size(); i += 3) {
-        const auto part = bytes.substr(i, 3);
-        unsigned bits = 0;
-        for (std::size_t b = 0; b < 3; ++b) {
-            bits = bits << 8U | (b < part.size() ? static_cast<unsigned char>(part[b]) : 0U);
-        }
-        for (std::size_t digit = 0; digit < 4; ++digit) {
-            text += digit > part.size() ? '=' : kDigits[bits >> (18U - 6U * digit) & 63U];
-        }
-    }
-    return text;
-}
-
 /// The images of all materials, as the page embeds them.
 ordered_json images(const scan::Votes& votes, const std::filesystem::path& directory) {
     constexpr std::string_view kSignature = "\x89PNG\r\n\x1a\n";
