@@ -268,6 +268,43 @@ class Page(Case):
         self.assertEqual([rows[0]["vote"], rows[1]["vote"]], ["1", ""])
         self.assert_calm()
 
+    def test_instructions_in_the_middle(self):
+        self.show()
+        self.begin()
+        self.press("1")
+        for way in "document.querySelector('#help').click()", None:
+            if way:
+                self.browser.run(way)
+            else:
+                self.press("?")
+            self.assertEqual(self.screen(), "start")
+            self.assertEqual(self.browser.run("document.querySelector('#name').value"), "anna")
+            self.assertIn("1 of", self.browser.text("#known"))
+            self.browser.press("3")  # is no vote here
+            self.browser.press("Enter")
+            self.assertTrue(self.browser.text("#place").startswith("2 /"))
+        # Somebody else may begin; the first one goes on later.
+        self.press("?")
+        self.browser.run("document.querySelector('#name').value = ''")
+        self.begin("bo")
+        self.assertTrue(self.browser.text("#place").startswith("1 /"))
+        self.press("?")
+        self.browser.run("document.querySelector('#name').value = 'anna'")
+        self.browser.press("Enter")
+        self.assertEqual(self.browser.run("judge.votes.filter(v => v).length"), 1)
+        self.assert_calm()
+
+    def test_practice_says_what_was_to_be_seen(self):
+        self.show()
+        self.begin()
+        self.assertIn("the answer was 1", self.browser.text("#practised"))
+        self.browser.run("show('practice')")
+        self.press("1")
+        self.assertEqual(self.screen(), "ready")
+        self.assertIn("So it was", self.browser.text("#practised"))
+        practice = self.kit["practice"]
+        self.assertEqual(practice["left"][0], practice["left"][1])
+
     def test_storage_that_is_full_or_broken(self):
         self.show()
         self.begin()
@@ -277,6 +314,10 @@ class Page(Case):
         self.assertEqual(self.browser.run("document.getElementById('warning').hidden"), False)
         rows = self.download("#save", "votes-anna.csv")
         self.assertEqual([row["vote"] for row in rows[:3]], ["1", "2", ""])
+        self.press("?")  # the instructions do not lose them either
+        self.assertTrue(self.browser.run("document.querySelector('#name').readOnly"))
+        self.browser.press("Enter")
+        self.assertEqual(self.browser.run("judge.votes.filter(v => v).length"), 2)
         # What was stored before is there; what is no judge of this kit is not taken for one.
         self.browser.open(self.page)
         self.assertEqual(self.browser.run("judge.votes.filter(v => v).length"), 1)
