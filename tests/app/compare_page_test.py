@@ -146,6 +146,19 @@ class Page(Case):
         self.assertGreater(self.browser.run("document.getElementById('plot').clientWidth"), 280)
         self.assert_calm()
 
+    def test_marked_pairs_are_named_inside_the_plot(self):
+        self.make_table(["x", "y"], [f"a-name-of-{'x' * (3 * i)}" for i in range(8)])
+        for width in 1200, 390:
+            self.show("--distances", "t.csv", width=width)
+            for rank in range(self.browser.run("document.querySelectorAll('#strongest button').length")):
+                self.browser.run(f"mark({rank})")
+                outside = self.browser.run(
+                    "(() => { const p = document.getElementById('plot').getBoundingClientRect();"
+                    "return [...document.querySelectorAll('#plot .name')].map(t => t.getBoundingClientRect())"
+                    ".filter(b => b.right > p.right || b.top < p.top || b.bottom > p.bottom).length; })()")
+                self.assertEqual(outside, 0)
+            self.assertEqual(self.browser.run("document.querySelectorAll('#plot .name').length"), 2)
+
     def test_many_pairs_are_drawn_by_lot(self):
         self.make_table(["x", "y"], [f"m{i:03}" for i in range(150)])
         self.show("--distances", "t.csv")
