@@ -17,6 +17,10 @@ scan::Pair pair_of(const std::vector<std::string>& names, std::uint32_t index) {
 
 }  // namespace
 
+std::string counted(std::uint64_t number, std::string_view noun) {
+    return fmt::format("{} {}{}", fmt::group_digits(number), noun, number == 1 ? "" : "s");
+}
+
 std::string pair_text(const std::vector<std::string>& names, std::uint32_t index) {
     const auto pair = pair_of(names, index);
     return fmt::format("{} | {}", names[pair.first], names[pair.second]);

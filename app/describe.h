@@ -14,6 +14,9 @@ namespace merl::app {
 
 // How pairs and configurations appear in summaries, for people and for machines.
 
+/// "1 sphere", "2 spheres", "1,000 spheres".
+std::string counted(std::uint64_t number, std::string_view noun);
+
 /// A pair as one reads it: "chrome | steel".
 std::string pair_text(const std::vector<std::string>& names, std::uint32_t index);
 

@@ -209,9 +209,8 @@ void print_summary(const Options& options, const reflectance::Database& database
                     trials.size(), count(scan::TrialKind::selection),
                     count(scan::TrialKind::repeat), count(scan::TrialKind::sentinel),
                     count(scan::TrialKind::random)));
-    print_result("spheres", fmt::format("{} materials, {} light{}", shown.names().size(),
-                                        options.image.lights.size(),
-                                        options.image.lights.size() == 1 ? "" : "s"));
+    print_result("spheres", fmt::format("{}, {}", counted(shown.names().size(), "material"),
+                                        counted(options.image.lights.size(), "light")));
     print_result("device", device);
     print_result("seconds", fmt::format("{:.2f}", seconds));
     print_result("kit",

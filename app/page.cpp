@@ -7,6 +7,29 @@
 
 namespace merl::app {
 
+std::string markup_text(std::string_view text) {
+    std::string result;
+    for (const char c : text) {
+        switch (c) {
+            case '&':
+                result += "&amp;";
+                break;
+            case '<':
+                result += "&lt;";
+                break;
+            case '>':
+                result += "&gt;";
+                break;
+            case '"':
+                result += "&quot;";
+                break;
+            default:
+                result += c;
+        }
+    }
+    return result;
+}
+
 std::string script_json(const nlohmann::ordered_json& json) {
     std::string text;
     for (const char c :

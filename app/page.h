@@ -6,6 +6,9 @@
 
 namespace merl::app {
 
+/// Text as it stands in HTML or XML, between tags and in double quotes.
+std::string markup_text(std::string_view text);
+
 /// JSON that can stand in a script element: nothing in it begins or ends a tag or a comment.
 std::string script_json(const nlohmann::ordered_json& json);
 

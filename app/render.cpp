@@ -8,6 +8,8 @@
 
 #include "app/choose_materials.h"
 #include "app/commands.h"
+#include "app/contact_page.h"
+#include "app/describe.h"
 #include "app/exit_status.h"
 #include "app/options.h"
 #include "app/output_directory.h"
@@ -23,6 +25,7 @@ namespace {
 
 constexpr std::uint32_t kThumbnail = 128;  // pixels of a sphere on the contact sheet, at most
 constexpr const char* kSheet = "contact-sheet.png";
+constexpr const char* kPage = "contact-sheet.html";
 
 struct Options {
     std::string out = "merl-scan-spheres";
@@ -67,16 +70,26 @@ class Names {
         return lights_ == 1 ? stem : fmt::format("{}-light-{}", stem, light + 1);
     }
 
+    /// All of them, those of the first light first.
+    std::vector<std::string> in_order() const {
+        std::vector<std::string> list;
+        for (std::size_t light = 0; light < lights_; ++light) {
+            for (std::size_t material = 0; material < materials_.size(); ++material) {
+                list.push_back(name(material, light));
+            }
+        }
+        return list;
+    }
+
     std::vector<std::string> files() const {
         std::vector<std::string> files;
-        for (std::size_t material = 0; material < materials_.size(); ++material) {
-            for (std::size_t light = 0; light < lights_; ++light) {
-                files.push_back(name(material, light) + ".exr");
-                files.push_back(name(material, light) + ".png");
-            }
+        for (const auto& name : in_order()) {
+            files.push_back(name + ".exr");
+            files.push_back(name + ".png");
         }
         if (target_.stem.empty()) {
             files.emplace_back(kSheet);
+            files.emplace_back(kPage);
         }
         std::vector<std::string> sorted = files;
         std::ranges::sort(sorted);
@@ -182,17 +195,21 @@ int run(const Options& options) {
             [&](double share) { progress.update(share); });
     }
     if (target.stem.empty()) {
-        write(kSheet, png_file(displayed(sheet.image(), options.image),
-                               as_utf8(fmt::format("{} materials of {}, {}", materials.size(),
-                                                   database->name(), database->kind()))));
+        const auto title =
+            as_utf8(fmt::format("{} of {}, {}", counted(materials.size(), "material"),
+                                database->name(), database->kind()));
+        write(kSheet, png_file(displayed(sheet.image(), options.image), title));
+        write(kPage, contact_page(title, names.in_order()));
     }
     out.commit();
     if (!options.quiet) {
-        print_line(fmt::format("{} spheres of {}, {}", materials.size() * lights, database->name(),
-                               database->kind()),
+        print_line(fmt::format("{} of {}, {}", counted(materials.size() * lights, "sphere"),
+                               database->name(), database->kind()),
                    kResultsAreThere);
         print_line(fmt::format("{:.2f} seconds on {}; {}", watch.lap(), device,
-                               target.stem.empty() ? options.out + "/" + kSheet : options.out),
+                               target.stem.empty()
+                                   ? fmt::format("{}: open {} in a browser", options.out, kPage)
+                                   : options.out + " and the PNG beside it"),
                    kResultsAreThere);
     }
     return kSuccess;

@@ -129,17 +129,17 @@ std::string summary_json(const Options& options, const Outcome& o) {
 
 std::string cluster_text(const scan::Judgements& judgements) {
     const std::uint32_t alone = judgements.clusters - judgements.references;
-    return alone == 0 ? fmt::format("{} reference materials", judgements.references)
-           : judgements.references == 0
-               ? fmt::format("{} configurations", fmt::group_digits(alone))
-               : fmt::format("{} reference materials and {} configurations without",
-                             judgements.references, fmt::group_digits(alone));
+    const std::string references = counted(judgements.references, "reference material");
+    const std::string others = counted(alone, "configuration");
+    return alone == 0                   ? references
+           : judgements.references == 0 ? others
+                                        : fmt::format("{} and {} without", references, others);
 }
 
 std::string judgements_text(const Outcome& o) {
     return fmt::format(
-        "{} configurations, {} with a majority; {} votes{}", fmt::group_digits(o.score.judgements),
-        fmt::group_digits(o.score.untied), fmt::group_digits(o.score.votes),
+        "{}, {} with a majority; {}{}", counted(o.score.judgements, "configuration"),
+        fmt::group_digits(o.score.untied), counted(o.score.votes, "vote"),
         o.score.equal_votes == 0
             ? ""
             : fmt::format(", {} of them equal", fmt::group_digits(o.score.equal_votes)));
@@ -156,11 +156,12 @@ void print_unknown(const scan::Judgements& judgements) {
         names += (i == 0 ? "" : ", ") + judgements.unknown[i].name;
     }
     if (!judgements.unknown.empty()) {
-        print_result("unknown",
-                     fmt::format("{} materials, in {} of {} rows: {}{}", judgements.unknown.size(),
-                                 fmt::group_digits(judgements.rows_with_unknown),
-                                 fmt::group_digits(judgements.rows), names,
-                                 judgements.unknown.size() > named ? " … (summary.json)" : ""));
+        print_result(
+            "unknown",
+            fmt::format("{}, in {} of {}: {}{}", counted(judgements.unknown.size(), "material"),
+                        fmt::group_digits(judgements.rows_with_unknown),
+                        counted(judgements.rows, "row"), names,
+                        judgements.unknown.size() > named ? " … (summary.json)" : ""));
     }
 }
 

@@ -10,6 +10,7 @@
 #include <string_view>
 #include <vector>
 
+#include "app/page.h"
 #include "app/terminal.h"
 
 namespace merl::app {
@@ -53,29 +54,6 @@ std::string shortened(const std::string& utf8, std::size_t most) {
         text += c;
     }
     return text + "…";
-}
-
-std::string escaped(std::string_view text) {
-    std::string result;
-    for (const char c : text) {
-        switch (c) {
-            case '&':
-                result += "&amp;";
-                break;
-            case '<':
-                result += "&lt;";
-                break;
-            case '>':
-                result += "&gt;";
-                break;
-            case '"':
-                result += "&quot;";
-                break;
-            default:
-                result += c;
-        }
-    }
-    return result;
 }
 
 /// A number as print has it.
@@ -222,16 +200,20 @@ std::string score_svg(const scan::Score& score, const std::string& subtitle) {
     }
     const double labels = kMargin + kCharacter * static_cast<double>(longest) + 18;
     const double width = labels + 3 * (kPanel + kFigure) + 2 * kGap + kMargin;
-    const double height = kTop + kRow * static_cast<double>(order.size()) + kBottom;
+    const bool opposed = std::ranges::any_of(
+        score.metrics, [](const auto& metric) { return metric.slope.value < 0; });
+    const double height =
+        kTop + kRow * static_cast<double>(order.size()) + kBottom + (opposed ? 18 : 0);
 
     std::string svg = fmt::format(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" role=\"img\" width=\"{0:.0f}\" "
-        "height=\"{1:.0f}\" viewBox=\"0 0 {0:.0f} {1:.0f}\">\n"
+        "height=\"{1:.0f}\" viewBox=\"0 0 {0:.0f} {1:.0f}\" "
+        "style=\"max-width:100%;height:auto\">\n"
         "<title>How well metrics predict people</title>\n{2}"
         "<rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>\n"
         "<text class=\"title\" x=\"{3}\" y=\"34\">How well metrics predict people</text>\n"
         "<text class=\"subtitle\" x=\"{3}\" y=\"56\">{4}</text>\n",
-        width, height, kStyle, kMargin, escaped(printable(subtitle)));
+        width, height, kStyle, kMargin, markup_text(printable(subtitle)));
     for (std::size_t row = 0; row < order.size(); ++row) {
         const std::string& name = score.metrics[order[row]].name;
         const double y = kTop + kRow * static_cast<double>(row);
@@ -241,8 +223,8 @@ std::string score_svg(const scan::Score& score, const std::string& subtitle) {
                 kMargin - 8, y, width - 2 * kMargin + 16, kRow);
         }
         svg += fmt::format("<text x=\"{}\" y=\"{:.1f}\">{}<title>{}</title></text>\n", kMargin,
-                           y + kRow / 2 + 4.5, escaped(shortened(printable(name), kLongest)),
-                           escaped(printable(name)));
+                           y + kRow / 2 + 4.5, markup_text(shortened(printable(name), kLongest)),
+                           markup_text(printable(name)));
     }
     double left = labels;
     for (const auto& panel : panels) {
@@ -252,9 +234,16 @@ std::string score_svg(const scan::Score& score, const std::string& subtitle) {
     svg += fmt::format(
         "<text class=\"note\" x=\"{}\" y=\"{:.1f}\">Dots are the judgements as they are, bars 95 % "
         "bootstrap intervals over clusters. The ceiling is what the votes themselves "
-        "allow.</text>\n"
-        "</svg>\n",
-        kMargin, height - 16);
+        "allow.</text>\n",
+        kMargin, height - (opposed ? 34 : 16));
+    if (opposed) {
+        svg += fmt::format(
+            "<text class=\"note\" x=\"{}\" y=\"{:.1f}\">Where the slope is below 0 the likelihood "
+            "is "
+            "that of the opposite of the metric.</text>\n",
+            kMargin, height - 16);
+    }
+    svg += "</svg>\n";
     return svg;
 }
 

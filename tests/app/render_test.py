@@ -7,6 +7,7 @@ import signal
 import time
 
 import support
+from browser import Browser
 from exr import read_exr
 from slices_test import pixel, read_png
 from support import GRID, INPUT, OUTPUT, USAGE, Case, merl_bytes, samples, tree, voxels
@@ -181,12 +182,29 @@ class Render(Case):
         self.assertIn("10 spheres", output)
         names = [f"m{i:02}-light-{k}" for i in range(5) for k in (1, 2)]
         self.assertEqual(sorted(p.name for p in (self.work / "out").iterdir()), sorted(
-            ["contact-sheet.png", *(n + ".exr" for n in names), *(n + ".png" for n in names)]))
+            ["contact-sheet.html", "contact-sheet.png", *(n + ".exr" for n in names),
+             *(n + ".png" for n in names)]))
         width, height, rows = read_png(self.work / "out" / "contact-sheet.png")
         self.assertEqual((width, height), (400, 300))  # 4 x 3, at half the size
         self.assertEqual(pixel(rows, 399, 299), (0, 0, 0))  # two places are left over
         # The left of the first sphere is dark under the first light; of the sixth, lit.
         self.assertLess(sum(pixel(rows, 10, 60)), sum(pixel(rows, 110, 150)))
+
+    def test_the_contact_sheet_names_every_sphere(self):
+        names = ["a", "b#c?d%20&amp;", "<script>alert(1)</script>".replace("/", "\u2215"), "å \"q\""]
+        write_database(self.work / "db", {name: samples(i) for i, name in enumerate(names)})
+        self.assert_success("render", "--database", "db", "--out", "out", "--size", "16")
+        page = self.work / "out" / "contact-sheet.html"
+        with Browser() as browser:
+            for width in 1200, 360:
+                browser.open(page, width=width)
+                self.assertEqual(browser.complaints(), [])
+                shown = browser.run("Promise.all([...document.images].map(i => i.decode())).then(() =>"
+                                    "[...document.querySelectorAll('figcaption')].map(c => c.textContent))")
+                self.assertEqual(shown, sorted(names, key=str.encode))
+                self.assertLessEqual(browser.run("document.documentElement.scrollWidth"), width)
+            self.assertEqual(browser.run("[...document.images].map(i => decodeURIComponent(i.src.split('/').pop()))"),
+                             [name + ".png" for name in shown])
 
     def test_exposure_background_and_encoding(self):
         write_database(self.work / "db", {"a": [300.0] * voxels(GRID) * 3, "b": samples(0)})
