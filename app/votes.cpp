@@ -265,8 +265,9 @@ void add_votes(CLI::App& program, Command& chosen) {
         "votes.html and summary.json (docs/experiment.md).\n"
         "\n"
         "Examples:\n"
-        "  merl-scan votes kit-votes/*.csv --selection results/selection.csv --kit kit/kit.json\n"
-        "  merl-scan votes kit-votes/*.csv --selection results/selection.csv --thesis");
+        "  merl-scan votes kit-votes/votes-*.csv --selection results/selection.csv --kit "
+        "kit/kit.json\n"
+        "  merl-scan votes kit-votes/votes-*.csv --selection results/selection.csv --thesis");
     command->callback([&chosen, options] { chosen = [options] { return run(*options); }; });
 }
 

@@ -22,6 +22,12 @@ constexpr std::size_t kMostImageBytes = std::size_t{4} << 20U;
 /// The images of all materials, as the page embeds them.
 ordered_json images(const scan::Votes& votes, const std::filesystem::path& directory) {
     constexpr std::string_view kSignature = "\x89PNG\r\n\x1a\n";
+    if (!std::filesystem::is_directory(directory)) {
+        throw scan::InputError(fmt::format(
+            "--spheres {}: is no directory; expected one with images, MATERIAL.png, as `merl-scan "
+            "render --out` makes it",
+            directory.string()));
+    }
     std::set<std::string> materials;
     for (const auto& configuration : votes.configurations) {
         materials.insert(configuration.materials.begin(), configuration.materials.end());
@@ -42,6 +48,12 @@ ordered_json images(const scan::Votes& votes, const std::filesystem::path& direc
                                                path.string(), image.size(), kMostImageBytes));
         }
         result[as_utf8(material)] = "data:image/png;base64," + base64(image);
+    }
+    if (result.empty()) {
+        throw scan::InputError(
+            fmt::format("--spheres {}: found none of the images of {} materials; expected "
+                        "MATERIAL.png, like {}",
+                        directory.string(), materials.size(), *materials.begin() + ".png"));
     }
     return result;
 }

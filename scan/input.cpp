@@ -5,6 +5,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
 
@@ -59,6 +60,12 @@ class File {
 };
 
 }  // namespace
+
+std::string_view json_fault(const std::exception& error) {
+    // After "[json.exception.parse_error.101] ".
+    const std::string_view text = error.what();
+    return text.substr(std::min(text.find(' ') + 1, text.size()));
+}
 
 std::string read_input(const std::string& path) {
     const File file(path);

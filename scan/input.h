@@ -1,8 +1,10 @@
 #pragma once
 
 #include <cstdint>
+#include <exception>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 
 namespace merl::scan {
 
@@ -18,5 +20,8 @@ inline constexpr std::uint64_t max_input_bytes = std::uint64_t{1} << 30U;
 /// The bytes of a regular file. Throws InputError when it cannot be read, is empty or has more than
 /// `max_input_bytes`.
 std::string read_input(const std::string& path);
+
+/// What the JSON parser says is wrong: line, column and what it expected, without its own code.
+std::string_view json_fault(const std::exception& error);
 
 }  // namespace merl::scan

@@ -97,9 +97,7 @@ class Handler : public nlohmann::json_sax<nlohmann::json> {
 
     bool parse_error(std::size_t, const std::string&,
                      const nlohmann::json::exception& error) override {
-        // After "[json.exception.parse_error.101] " the message has line and column.
-        const std::string_view text = error.what();
-        fail(fmt::format("is no JSON: {}", text.substr(std::min(text.find(' ') + 1, text.size()))));
+        fail(fmt::format("is no JSON: {}", json_fault(error)));
     }
 
     [[noreturn]] void fail(const std::string& what) const {

@@ -8,19 +8,16 @@
 #include "scan/csv_reader.h"
 
 namespace merl::scan {
-namespace {
-
-const std::vector<std::string> survey_header = {"judge", "question", "answer"};
-
-}  // namespace
 
 void parse_survey(std::string_view text, const std::string& file,
                   std::vector<SurveyAnswer>& answers) {
     CsvReader reader(text, file);
-    if (auto header = reader.header(); header != survey_header) {
-        header.resize(std::min<std::size_t>(header.size(), 8));
-        reader.fail(fmt::format(R"(found the columns "{}"; expected "{}")", fmt::join(header, ","),
-                                fmt::join(survey_header, ",")));
+    auto header = reader.header();
+    header.resize(std::min<std::size_t>(header.size(), 8));
+    const auto columns = fmt::format("{}", fmt::join(header, ","));
+    if (columns != survey_columns) {
+        reader.fail(
+            fmt::format(R"(found the columns "{}"; expected "{}")", columns, survey_columns));
     }
     std::vector<std::string> fields;
     while (reader.next(fields)) {
@@ -29,7 +26,7 @@ void parse_survey(std::string_view text, const std::string& file,
 }
 
 void write_survey(int file, const std::vector<SurveyAnswer>& answers) {
-    std::string text = "judge,question,answer\n";
+    std::string text = fmt::format("{}\n", survey_columns);
     for (const auto& [judge, question, answer] : answers) {
         text += fmt::format("{},{},{}\n", csv_free_text(judge), csv_free_text(question),
                             csv_free_text(answer));

@@ -6,6 +6,9 @@
 
 namespace merl::scan {
 
+/// The header of a file of answers.
+inline constexpr std::string_view survey_columns = "judge,question,answer";
+
 /// What a judge answered to a question after the votes.
 struct SurveyAnswer {
     std::string judge;

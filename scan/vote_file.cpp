@@ -8,6 +8,7 @@
 
 #include "scan/csv_reader.h"
 #include "scan/number.h"
+#include "scan/survey_file.h"
 
 namespace merl::scan {
 namespace {
@@ -113,8 +114,10 @@ void expect_header(CsvReader& reader) {
     auto header = reader.header();
     if (header != vote_header) {
         header.resize(std::min(header.size(), vote_header.size()));
-        reader.fail(fmt::format(R"(found the columns "{}"; expected "{}")", fmt::join(header, ","),
-                                fmt::join(vote_header, ",")));
+        const auto columns = fmt::format("{}", fmt::join(header, ","));
+        reader.fail(fmt::format(R"(found the columns "{}"; expected "{}"{})", columns,
+                                fmt::join(vote_header, ","),
+                                columns == survey_columns ? "; a survey belongs to --survey" : ""));
     }
 }
 

@@ -99,7 +99,7 @@ VoteKit parse_vote_kit(std::string_view text, const std::string& file) {
     try {
         content = json::parse(text);
     } catch (const json::exception& error) {
-        throw InputError(fmt::format("{}: is no JSON: {}", file, error.what()));
+        throw InputError(fmt::format("{}: is no JSON: {}", file, json_fault(error)));
     }
     const Object kit(content, file);
     const auto metrics = kit.two_texts("metrics");

@@ -218,7 +218,14 @@ class Votes(Case):
         (self.work / "kit.json").write_text('{"kit_hash": "kit-1"}')
         refused(["kit.json", "metrics"], good, options=["--kit", "kit.json"])
         (self.work / "survey.csv").write_text("who,what\n")
-        refused(["survey.csv", "judge,question,answer"], good, options=["--survey", "survey.csv"])
+        refused(["survey.csv", "who,what", "judge,question,answer"], good,
+                options=["--survey", "survey.csv"])
+        (self.work / "answers.csv").write_text("judge,question,answer\nanna,comments,none\n")
+        refused(["answers.csv", "a survey belongs to --survey"], good, "answers.csv")
+        refused(["--spheres nowhere", "no directory"], good, options=["--spheres", "nowhere"])
+        (self.work / "empty").mkdir()
+        refused(["--spheres empty", "found none of the images"], good,
+                options=["--spheres", "empty"])
         (self.work / "spheres").mkdir()
         (self.work / "spheres" / "m0.png").write_text("no image")
         refused(["m0.png", "no PNG"], good, options=["--spheres", "spheres"])
