@@ -23,6 +23,30 @@ namespace {
 
 using nlohmann::ordered_json;
 
+/// The parts of a comma-separated list, in order. Throws Error (usage) when one is empty or occurs
+/// twice; `option` is the option's name in that.
+std::vector<std::string> split_list(const std::string& list, const std::string& option) {
+    std::vector<std::string> parts;
+    for (std::size_t begin = 0; begin <= list.size();) {
+        const std::size_t end = std::min(list.find(',', begin), list.size());
+        const std::string part = list.substr(begin, end - begin);
+        if (part.empty()) {
+            throw Error(Fault::usage,
+                        fmt::format("{}: found an empty name in \"{}\"; expected names separated "
+                                    "by commas",
+                                    option, list));
+        }
+        if (std::ranges::find(parts, part) != parts.end()) {
+            throw Error(
+                Fault::usage,
+                fmt::format("{}: found \"{}\" twice; expected different names", option, part));
+        }
+        parts.push_back(part);
+        begin = end + 1;
+    }
+    return parts;
+}
+
 ordered_json database_json(const reflectance::Database& database,
                            const reflectance::DistanceResult& computed) {
     ordered_json negative = ordered_json::object();
@@ -184,28 +208,6 @@ CLI::Option* add_distance_options(CLI::App& command, DistanceOptions& options,
         distances->excludes(other);
     }
     return distances;
-}
-
-std::vector<std::string> split_list(const std::string& list, const std::string& option) {
-    std::vector<std::string> parts;
-    for (std::size_t begin = 0; begin <= list.size();) {
-        const std::size_t end = std::min(list.find(',', begin), list.size());
-        const std::string part = list.substr(begin, end - begin);
-        if (part.empty()) {
-            throw Error(Fault::usage,
-                        fmt::format("{}: found an empty name in \"{}\"; expected names separated "
-                                    "by commas",
-                                    option, list));
-        }
-        if (std::ranges::find(parts, part) != parts.end()) {
-            throw Error(
-                Fault::usage,
-                fmt::format("{}: found \"{}\" twice; expected different names", option, part));
-        }
-        parts.push_back(part);
-        begin = end + 1;
-    }
-    return parts;
 }
 
 std::unique_ptr<tbb::global_control> limit_threads(unsigned threads) {

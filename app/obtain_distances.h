@@ -41,10 +41,6 @@ struct MetricNeeds {
 CLI::Option* add_distance_options(CLI::App& command, DistanceOptions& options,
                                   const MetricNeeds& needs);
 
-/// The parts of a comma-separated list, in order. Throws Error (usage) when one is empty or occurs
-/// twice; `option` is the option's name in that.
-std::vector<std::string> split_list(const std::string& list, const std::string& option);
-
 /// Bounds the processor threads of the program, those of a device on the processor included, as
 /// long as the result lives; 0 is no bound.
 std::unique_ptr<tbb::global_control> limit_threads(unsigned threads);

@@ -6,12 +6,12 @@
 #include <limits>
 #include <numeric>
 #include <optional>
-#include <unordered_map>
 #include <utility>
 
 #include "scan/csv.h"
 #include "scan/csv_reader.h"
 #include "scan/input.h"
+#include "scan/material_numbers.h"
 #include "scan/number.h"
 
 namespace merl::scan {
@@ -27,41 +27,21 @@ struct Row {
     std::uint64_t line;
 };
 
-/// Material names, numbered as they first occur.
-class Numbering {
-  public:
-    std::uint32_t number(const std::string& name, const CsvReader& reader) {
-        const auto next = static_cast<std::uint32_t>(names_.size());
-        const auto [place, added] = numbers_.try_emplace(name, next);
-        if (added) {
-            if (names_.size() == max_materials) {
-                reader.fail(fmt::format("\"{}\" is one material more than the {} that are possible",
-                                        name, max_materials));
-            }
-            names_.push_back(&place->first);
-        }
-        return place->second;
+/// Names in bytewise order and, by their number before, the place of each.
+std::pair<std::vector<std::string>, std::vector<std::uint32_t>> sorted(
+    const std::vector<std::string>& names) {
+    std::vector<std::uint32_t> order(names.size());
+    std::iota(order.begin(), order.end(), 0U);
+    std::ranges::sort(
+        order, {}, [&](std::uint32_t n) -> auto& { return names[n]; });
+    std::vector<std::string> ordered;
+    std::vector<std::uint32_t> places(order.size());
+    for (const auto n : order) {
+        places[n] = static_cast<std::uint32_t>(ordered.size());
+        ordered.push_back(names[n]);
     }
-
-    /// The names in bytewise order and, by number, the place of each.
-    std::pair<std::vector<std::string>, std::vector<std::uint32_t>> sorted() const {
-        std::vector<std::uint32_t> order(names_.size());
-        std::iota(order.begin(), order.end(), 0U);
-        std::ranges::sort(
-            order, {}, [&](std::uint32_t n) -> auto& { return *names_[n]; });
-        std::vector<std::string> names;
-        std::vector<std::uint32_t> places(order.size());
-        for (const auto n : order) {
-            places[n] = static_cast<std::uint32_t>(names.size());
-            names.push_back(*names_[n]);
-        }
-        return {std::move(names), std::move(places)};
-    }
-
-  private:
-    std::unordered_map<std::string, std::uint32_t> numbers_;  // never moves its keys
-    std::vector<const std::string*> names_;
-};
+    return {std::move(ordered), std::move(places)};
+}
 
 /// The name of the column that this one says something about: "rmse" of "rmse_bound".
 std::string_view described_column(std::string_view column) {
@@ -201,7 +181,7 @@ DistanceTable parse_distance_table(std::string_view text, const std::string& fil
         columns.empty() ? metrics : std::vector(columns.begin(), columns.end());
     const auto places = places_of(wanted, header, metrics, reader);
 
-    Numbering numbering;
+    MaterialNumbers materials;
     std::vector<Row> rows;
     std::vector<std::vector<double>> values(wanted.size());  // by row
     std::vector<std::string> fields;
@@ -212,8 +192,8 @@ DistanceTable parse_distance_table(std::string_view text, const std::string& fil
         if (fields[0] == fields[1]) {
             reader.fail(fmt::format("found \"{}\" with itself; expected two materials", fields[0]));
         }
-        const std::uint32_t a = numbering.number(fields[0], reader);
-        const std::uint32_t b = numbering.number(fields[1], reader);
+        const std::uint32_t a = materials.number(fields[0], reader);
+        const std::uint32_t b = materials.number(fields[1], reader);
         rows.push_back({a, b, reader.line()});
         for (std::size_t m = 0; m < wanted.size(); ++m) {
             values[m].push_back(parse_distance(fields[places[m]], wanted[m], reader));
@@ -226,7 +206,7 @@ DistanceTable parse_distance_table(std::string_view text, const std::string& fil
         reader.fail("found no pair after the header; expected every pair of the materials");
     }
 
-    const auto [names, order] = numbering.sorted();
+    const auto [names, order] = sorted(materials.names());
     const auto by_pair = rows_by_pair(rows, names, order, file);
     DistanceTable table = {names, {}};
     for (std::size_t m = 0; m < wanted.size(); ++m) {

@@ -9,8 +9,8 @@
 #include "scan/csv_reader.h"
 #include "scan/input.h"
 #include "scan/lagunas.h"
+#include "scan/material_numbers.h"
 #include "scan/number.h"
-#include "scan/pairs.h"
 
 namespace merl::scan {
 namespace {
@@ -42,7 +42,7 @@ class RowReader {
         return &header_ == &reference_header ? read_reference(fields) : read_configuration(fields);
     }
 
-    std::vector<std::string> names() && { return std::move(materials_).names(); }
+    const std::vector<std::string>& names() const { return materials_.names(); }
 
   private:
     NamedVotes read_reference(const std::vector<std::string>& fields) {
@@ -71,12 +71,7 @@ class RowReader {
         if (fields[column].empty()) {
             reader_.fail(fmt::format("{}: found a material without a name", header_[column]));
         }
-        const std::uint32_t number = materials_.number(fields[column]);
-        if (number == max_materials) {
-            reader_.fail(fmt::format("\"{}\" is one material more than the {} that are possible",
-                                     fields[column], max_materials));
-        }
-        return number;
+        return materials_.number(fields[column], reader_);
     }
 
     std::uint64_t votes(const std::vector<std::string>& fields, std::size_t column) const {
@@ -125,28 +120,11 @@ JudgementFile parse_csv(std::string_view text, const std::string& file,
     if (result.rows.empty()) {
         reader.fail("found no row after the header; expected a judgement");
     }
-    result.names = std::move(rows).names();
+    result.names = rows.names();
     return result;
 }
 
 }  // namespace
-
-std::uint32_t MaterialNumbers::number(const std::string& name) {
-    const auto next = static_cast<std::uint32_t>(names_.size());
-    if (next == max_materials) {
-        const auto known = numbers_.find(name);
-        return known == numbers_.end() ? max_materials : known->second;
-    }
-    const auto [place, added] = numbers_.try_emplace(name, next);
-    if (added) {
-        names_.push_back(name);
-    }
-    return place->second;
-}
-
-std::vector<std::string> MaterialNumbers::names() && {
-    return std::move(names_);
-}
 
 JudgementFile parse_judgements(std::string_view text, const std::string& file,
                                std::span<const std::string> indexed_names,
