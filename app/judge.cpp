@@ -200,15 +200,16 @@ void print_summary(const Options& options, const reflectance::Database& database
                    const std::vector<scan::PlannedTrial>& trials, const ShownMaterials& shown,
                    const std::string& device, double seconds, std::size_t bytes) {
     const auto count = [&](scan::TrialKind kind) {
-        return std::ranges::count(trials, kind, &scan::PlannedTrial::kind);
+        return static_cast<std::uint64_t>(
+            std::ranges::count(trials, kind, &scan::PlannedTrial::kind));
     };
     print_result("database", fmt::format("{}, {}", database.name(), database.kind()));
-    print_result(
-        "trials",
-        fmt::format("{}: {} of the selection, {} repeats, {} sentinels, {} random disagreements",
-                    trials.size(), count(scan::TrialKind::selection),
-                    count(scan::TrialKind::repeat), count(scan::TrialKind::sentinel),
-                    count(scan::TrialKind::random)));
+    print_result("trials",
+                 fmt::format("{}: {} of the selection, {}, {}, {}", trials.size(),
+                             count(scan::TrialKind::selection),
+                             counted(count(scan::TrialKind::repeat), "repeat"),
+                             counted(count(scan::TrialKind::sentinel), "sentinel"),
+                             counted(count(scan::TrialKind::random), "random disagreement")));
     print_result("spheres", fmt::format("{}, {}", counted(shown.names().size(), "material"),
                                         counted(options.image.lights.size(), "light")));
     print_result("device", device);

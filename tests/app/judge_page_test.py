@@ -347,6 +347,16 @@ class Page(Case):
         self.until(f"document.querySelector('#place').textContent !== {json.dumps(place)}")
         self.assertEqual(self.browser.run("judge.votes[0]"), 2)
 
+    def test_spheres_of_several_lights_are_as_large_as_they_can_be(self):
+        self.make_kit("two-lights", "--light", "1,1,1", "--light", "-1,1,1")
+        for width, height, across in (390, 844, "1"), (1600, 500, "2"):
+            self.show("two-lights", width=width, height=height)
+            if self.screen() == "start":
+                self.begin()
+            self.until("turning !== null")
+            self.assertEqual(self.browser.run("byId('left').style.getPropertyValue('--across')"), across)
+        self.assert_calm()
+
     def test_swedish_says_everything(self):
         self.show()
         self.assertEqual(self.browser.run("Object.keys(texts.en).sort().join()"),
