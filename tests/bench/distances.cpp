@@ -11,12 +11,14 @@ namespace {
 
 using namespace reflectance;
 
-/// The distance stage: its wall-clock time, and as counters the seconds of its parts.
+/// The distance stage: its wall-clock time, and as counters the seconds of its parts. `twins` are
+/// metrics with the same distances that have a float64 twin.
 void time_distances(benchmark::State& state, const std::string& name, device::Context& context,
-                    const Database& database, std::span<const Metric* const> metrics) {
+                    const Database& database, std::span<const Metric* const> metrics,
+                    std::span<const Metric* const> twins) {
     const double error = check_once(name, [&] {
         const auto result = compute_distances(context, database, metrics);
-        return check_distances(database, metrics, result.distances);
+        return check_distances(database, twins, result.distances);
     });
     DistanceSeconds sum;
     double work = 0;  // pairs times voxels
@@ -71,15 +73,58 @@ void time_scale(benchmark::State& state, const std::string& name, std::size_t ma
     });
     const BlendedDatabase database(*make_abc_database(coarse_grid(3)), materials);
     device::Context context({.device = settings().device});
-    time_distances(state, name, context, database, two_metrics());
+    time_distances(state, name, context, database, two_metrics(), two_metrics());
     require(context.peak_allocated_bytes() <= DistanceOptions().memory_bytes,
             fmt::format("{} materials: {} bytes on the device", materials,
                         context.peak_allocated_bytes()));
 }
 
+/// Another way to the same distances: what the framework makes of a metric that has no C++ twin,
+/// and of one that does not declare its degree either.
+enum class Variant { library, of_a_user, without_degree };
+
+Metric variant_of(const Metric& metric, Variant variant) {
+    Metric result = metric;
+    if (variant != Variant::library) {
+        result.twin = {};
+    }
+    if (variant == Variant::without_degree) {
+        const auto replace = [&](const std::string& from, const std::string& to) {
+            const auto at = result.source.find(from);
+            require(at != std::string::npos, fmt::format("{}: no {}", metric.name, from));
+            result.source.replace(at, from.size(), to);
+        };
+        replace("// degree:", "// note: the degree is");
+        replace("float difference(float d) {", "float one_channel(float d) {");
+        result.source +=
+            "float difference(vec3 a, vec3 b) { vec3 d = a - b; return one_channel(d.x) + "
+            "one_channel(d.y) + one_channel(d.z); }\n";
+        result.header = parse_metric_header(result.source, result.file);
+    }
+    return result;
+}
+
+void add_variants() {
+    constexpr std::array<std::pair<Variant, const char*>, 3> variants = {
+        {{Variant::library, "library"},
+         {Variant::of_a_user, "of-a-user"},
+         {Variant::without_degree, "without-degree"}}};
+    for (const auto* metric : two_metrics()) {
+        for (const auto& [variant, what] : variants) {
+            const auto name = fmt::format("variant/{}/{}", metric->name, what);
+            add(name, [name, metric, kind = variant](benchmark::State& state) {
+                const Metric chosen = variant_of(*metric, kind);
+                const Metric* const pointer = &chosen;
+                time_distances(state, name, context(), *make_abc_database(coarse_grid(3)),
+                               {&pointer, 1}, {&metric, 1});
+            }).Iterations(1);
+        }
+    }
+}
+
 void add_stage(const std::string& name, std::vector<const Metric*> metrics) {
     add(name, [name, metrics = std::move(metrics)](benchmark::State& state) {
-        time_distances(state, name, context(), database(), metrics);
+        time_distances(state, name, context(), database(), metrics, metrics);
     }).Iterations(1);
 }
 
@@ -87,6 +132,7 @@ void add_stage(const std::string& name, std::vector<const Metric*> metrics) {
 
 void add_distances() {
     add_stage("distances/both", {two_metrics()[0], two_metrics()[1]});
+    add_variants();
     if (settings().check) {
         return;  // the tests of the engine hold every metric to float64
     }
@@ -97,7 +143,7 @@ void add_distances() {
         const auto name = "library/" + metric.name;
         add(name, [name, pointer = &metric](benchmark::State& state) {
             time_distances(state, name, context(), *make_abc_database(coarse_grid(3)),
-                           {&pointer, 1});
+                           {&pointer, 1}, {&pointer, 1});
         }).Iterations(1);
     }
 }
