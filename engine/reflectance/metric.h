@@ -66,12 +66,9 @@ struct Metric {
     /// Whether check.comp looks for what is wrong with it: nobody has tested it.
     bool is_checked() const { return !has_twin(); }
 
-    /// Materials along one side of a tile of pairs (shaders/framework/metric.glsl).
-    std::uint32_t tile() const { return header.degree >= 1 ? 20 : 10; }
-
-    /// The most workgroups that share a tile in any of the kernels: any_difference.comp and
-    /// check.comp give one to each row.
-    std::uint32_t most_groups_per_tile() const { return has_bound() && !is_checked() ? 1 : tile(); }
+    /// Whether a kernel gives a workgroup to each row of a tile: any_difference.comp and
+    /// check.comp.
+    bool has_row_groups() const { return !has_bound() || is_checked(); }
 
     /// How the grid of this metric is cut into texels (shaders/framework/metric.glsl).
     std::uint32_t cell_texels() const { return header.degree > 0 ? 3 : 4; }

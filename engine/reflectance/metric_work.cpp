@@ -60,12 +60,14 @@ Kernel make_kernel(Context& context, const Metric& metric, const char* stage,
 
 /// A kernel that gives a subgroup to each tile of pairs or to each material.
 Kernel make_subgroup_kernel(Context& context, const Metric& metric, const char* stage,
-                            std::span<const std::uint32_t> spirv, bool diagonal = false) {
+                            std::span<const std::uint32_t> spirv, const PairTiles& tiles,
+                            bool diagonal = false) {
     return {context, fmt::format("{} {}", metric.name, stage), spirv,
-            Kernel::Options{.bindings = {kTexels, kStorage},
-                            .constants = {context.limits().subgroup_size, diagonal ? 1U : 0U},
-                            .push_bytes = sizeof(TilesPush),
-                            .one_subgroup = true}};
+            Kernel::Options{
+                .bindings = {kTexels, kStorage},
+                .constants = {context.limits().subgroup_size, diagonal ? 1U : 0U, tiles.side},
+                .push_bytes = sizeof(TilesPush),
+                .one_subgroup = true}};
 }
 
 BoundKernel bind(Context& context, const Kernel& kernel, std::initializer_list<Buffer*> buffers) {
@@ -120,25 +122,26 @@ MetricWork::MetricWork(Context& context, const SlabPlan& plan, const Metric& met
     // Drivers take longer than anything else here, and use one thread for a kernel.
     tbb::parallel_invoke(
         [&] {
-            difference_ = make_subgroup_kernel(context, metric, "difference", spirv.difference);
+            difference_ =
+                make_subgroup_kernel(context, metric, "difference", spirv.difference, tiles_);
         },
         [&] {
             if (metric.has_bound()) {
                 diagonal_difference_ = make_subgroup_kernel(context, metric, "diagonal difference",
-                                                            spirv.difference, true);
+                                                            spirv.difference, tiles_, true);
             }
         },
         [&] {
             if (metric.has_slopes()) {
-                range_ = make_subgroup_kernel(context, metric, "ranges", spirv.ranges);
-                slope_ = make_subgroup_kernel(context, metric, "slopes", spirv.slopes);
-                diagonal_slope_ =
-                    make_subgroup_kernel(context, metric, "diagonal slopes", spirv.slopes, true);
+                range_ = make_subgroup_kernel(context, metric, "ranges", spirv.ranges, tiles_);
+                slope_ = make_subgroup_kernel(context, metric, "slopes", spirv.slopes, tiles_);
+                diagonal_slope_ = make_subgroup_kernel(context, metric, "diagonal slopes",
+                                                       spirv.slopes, tiles_, true);
             }
         },
         [&] {
             if (metric.has_norms()) {
-                norm_ = make_subgroup_kernel(context, metric, "norms", spirv.norms);
+                norm_ = make_subgroup_kernel(context, metric, "norms", spirv.norms, tiles_);
             }
         },
         [&] {
@@ -151,11 +154,12 @@ MetricWork::MetricWork(Context& context, const SlabPlan& plan, const Metric& met
         },
         [&] {
             if (metric.is_checked()) {
-                check_ = {context, fmt::format("{} check", metric.name), spirv.check,
-                          Kernel::Options{.bindings = {kTexels, kTexels, kStorage},
-                                          .constants = {context.limits().subgroup_size},
-                                          .push_bytes = sizeof(CheckPush),
-                                          .one_subgroup = true}};
+                check_ = {
+                    context, fmt::format("{} check", metric.name), spirv.check,
+                    Kernel::Options{.bindings = {kTexels, kTexels, kStorage},
+                                    .constants = {context.limits().subgroup_size, 0, tiles_.side},
+                                    .push_bytes = sizeof(CheckPush),
+                                    .one_subgroup = true}};
             }
         });
 }

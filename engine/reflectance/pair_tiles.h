@@ -3,6 +3,8 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "engine/reflectance/metric.h"
+
 namespace merl::reflectance {
 
 /// The matrix of material pairs cut into square tiles, those on the diagonal and above it:
@@ -10,6 +12,11 @@ namespace merl::reflectance {
 struct PairTiles {
     std::uint32_t side = 0;    // materials along one side of a tile
     std::uint32_t across = 0;  // tiles along one side of the matrix
+
+    /// The tiles in which the difference of a metric takes least. Tiles are unrolled in registers,
+    /// so there is a largest one; the cheaper a pair is beside the fetching of its samples, the
+    /// larger.
+    static PairTiles best(std::uint32_t materials, const Metric& metric);
 
     /// Materials and what fills up the last tile.
     std::uint32_t padded_materials() const { return side * across; }

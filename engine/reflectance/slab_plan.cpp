@@ -31,7 +31,7 @@ std::string mebibytes(std::uint64_t bytes) {
 }  // namespace
 
 PairTiles SlabPlan::tiles(const Metric& metric) const {
-    return {.side = metric.tile(), .across = divide_up(materials, metric.tile())};
+    return PairTiles::best(materials, metric);
 }
 
 std::uint64_t SlabPlan::grid_bytes(const Metric& metric) const {
@@ -64,7 +64,8 @@ SlabPlan plan_slabs(const device::Limits& limits, std::uint64_t memory_bytes,
     SlabPlan plan = {.materials = static_cast<std::uint32_t>(materials)};
     for (const auto* metric : metrics) {
         const auto tiles = plan.tiles(*metric);
-        const auto groups = std::uint64_t{tiles.count()} * metric->most_groups_per_tile();
+        const auto groups =
+            std::uint64_t{tiles.count()} * (metric->has_row_groups() ? tiles.side : 1);
         if (groups > limits.groups_x || tiles.padded_materials() > limits.groups_y) {
             throw Error(Fault::device,
                         fmt::format("{} materials are more than this device can pair: its "

@@ -50,9 +50,7 @@ bool loops_ran_out() { return loops_ > kMostLoops; }
 const uint kBlockVoxels = 1024;
 const uint kCellVoxels = 4;
 
-// Two ways to lay out a block of a metric's grid, one rgba32f texel at a time. kTile is the number of
-// materials along a side of a tile of pairs: the cheaper a difference is beside the reading of its
-// texels, the larger the tile should be.
+// Two ways to lay out a block of a metric's grid, one rgba32f texel at a time.
 #ifdef DEGREE_NUMERATOR
 // The difference is a sum over channels of a homogeneous function of one channel's difference: the
 // weight moves into the samples, and a texel is one channel of a cell. A block is its red cells, then
@@ -62,14 +60,8 @@ const uint kChunkTexels = 4;
 uint channel_texel(uint channel, uint cell) { return channel * (kBlockVoxels / kCellVoxels) + cell; }
 uint channel_of_texel(uint texel) { return texel / (kBlockVoxels / kCellVoxels); }
 uint cell_of_texel(uint texel) { return texel % (kBlockVoxels / kCellVoxels); }
-#if DEGREE_NUMERATOR < DEGREE_DENOMINATOR
-const uint kTile = 10;
-#else
-const uint kTile = 20;
-#endif
 #else
 // Any difference: a texel is one voxel's transformed sample and its weight.
 const uint kCellTexels = 4;
-const uint kTile = 10;
 #endif
 const uint kBlockTexels = kBlockVoxels / kCellVoxels * kCellTexels;

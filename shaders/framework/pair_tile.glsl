@@ -2,6 +2,8 @@
 // engine/reflectance/pair_tiles.h has the same order: first all above the diagonal, row by row, then
 // the diagonal.
 
+layout(constant_id = 2) const uint kTile = 10;  // materials along a side of a tile
+
 uint tiles_above_diagonal(uint across) { return across * (across - 1) / 2; }
 
 uint tile_count(uint across) { return tiles_above_diagonal(across) + across; }

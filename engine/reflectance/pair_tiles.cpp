@@ -1,0 +1,32 @@
+#include "engine/reflectance/pair_tiles.h"
+
+#include <algorithm>
+#include <limits>
+
+namespace merl::reflectance {
+
+PairTiles PairTiles::best(std::uint32_t materials, const Metric& metric) {
+    // Larger ones take a compiler seconds: 20 x 20 six on lavapipe, for a sixth of the difference.
+    constexpr std::uint32_t kLargest = 10;
+    if (!metric.has_bound()) {
+        // One pair after the other: the side only cuts the work into workgroups.
+        return {.side = kLargest, .across = (materials + kLargest - 1) / kLargest};
+    }
+    // Measured on lavapipe: what fetching a texel costs, in evaluated pairs of texels.
+    const double fetch = metric.header.degree < 1 ? 1.6 : 9;
+    PairTiles best;
+    double least = std::numeric_limits<double>::infinity();
+    for (std::uint32_t side = 1; side <= std::min(materials, kLargest); ++side) {
+        const PairTiles tiles = {.side = side, .across = (materials + side - 1) / side};
+        const double full = side * side + 2 * side * fetch;
+        const double diagonal = side * (side - 1) / 2.0 + side * fetch;
+        const double cost = tiles.above_diagonal() * full + tiles.across * diagonal;
+        if (cost <= least) {
+            least = cost;
+            best = tiles;
+        }
+    }
+    return best;
+}
+
+}  // namespace merl::reflectance
