@@ -1,6 +1,7 @@
 #include "engine/reflectance/block_reader.h"
 
 #include <algorithm>
+#include <array>
 
 #include "engine/widest_vectors.h"
 
