@@ -111,8 +111,8 @@ Rgb transformed(const Metric& metric, const Rgb& rgb, const Voxel& voxel = {}) {
         (*samples)[i][7] = rgb[i];
     }
     auto result = std::make_unique<BlockSamples>();
-    metric.twin.transform(metric.parameters, std::span<const Voxel, kBlockVoxels>(voxels),
-                          *samples, *result);
+    metric.twin.transform(metric.parameters, std::span<const Voxel, kBlockVoxels>(voxels), *samples,
+                          *result);
     return {(*result)[0][7], (*result)[1][7], (*result)[2][7]};
 }
 
