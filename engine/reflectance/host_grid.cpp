@@ -32,13 +32,13 @@ MERL_SCAN_WIDEST_VECTORS void write_voxels(const BlockSamples& samples, const do
 void fold_weights(const Metric& metric, std::span<const Voxel, kBlockVoxels> voxels,
                   std::uint64_t filled, BlockWeights& weights) {
     metric.twin.weigh(metric.parameters, voxels, weights);
-    const auto end = weights.begin() + static_cast<std::ptrdiff_t>(filled);
+    const auto there = std::span(weights).first(filled);
     if (metric.has_bound()) {
         const double power = 1 / metric.header.degree;
-        std::transform(weights.begin(), end, weights.begin(),
-                       [=](double weight) { return std::pow(weight, power); });
+        std::ranges::transform(there, there.begin(),
+                               [=](double weight) { return std::pow(weight, power); });
     }
-    std::fill(end, weights.end(), 0.0);
+    std::ranges::fill(std::span(weights).subspan(filled), 0.0);
 }
 
 void make_grid(const Metric& metric, std::span<const Voxel, kBlockVoxels> voxels,
