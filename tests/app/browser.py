@@ -88,6 +88,8 @@ class Browser:
 
     def open(self, path, width=1200, height=900):
         """Shows a file in a window of this size, and waits until it is drawn."""
+        # What the page before has stored goes through another process, which the next page might ask first.
+        self.run("new Promise(done => setTimeout(done, 100))")
         self.call("Emulation.setDeviceMetricsOverride", width=width, height=height,
                   deviceScaleFactor=1, mobile=False)
         self.events.clear()
