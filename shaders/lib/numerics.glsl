@@ -1,7 +1,7 @@
 // Functions that metrics may use beside those of GLSL. Both GLSL and C++ (through GLM) compile this
 // file; float and double are what they say.
 //
-// All start from y, about x^(-1/3): dividing the exponent bits by three is a cube root within 6 %.
+// All start from y, about x^(-1/3): dividing the exponent bits by three is a cube root within 4 %.
 
 int third_of_bits(float x) { return int(float(floatBitsToInt(x)) * (1.0f / 3.0f)); }
 
