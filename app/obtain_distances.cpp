@@ -69,7 +69,20 @@ ordered_json database_json(const reflectance::Database& database,
         {"negative_samples_above_horizon", negative_above}};
 }
 
+/// The names of the metrics whose pairs the host computed itself.
+std::vector<std::string> names_on_host(const reflectance::SlabPlan& plan,
+                                       std::span<const reflectance::Metric* const> metrics) {
+    std::vector<std::string> names;
+    for (const auto* metric : metrics) {
+        if (plan.on_host(*metric)) {
+            names.push_back(as_utf8(metric->name));
+        }
+    }
+    return names;
+}
+
 ordered_json device_json(const device::Context& context,
+                         std::span<const reflectance::Metric* const> metrics,
                          const reflectance::DistanceResult& computed) {
     const auto& s = computed.seconds;
     return {{"device",
@@ -77,13 +90,14 @@ ordered_json device_json(const device::Context& context,
               {"kind", context.info().kind},
               {"driver", context.info().driver},
               {"vulkan", context.info().vulkan},
-              {"peak_bytes", context.peak_allocated_bytes()},
+              {"on_host", names_on_host(computed.plan, metrics)},
+              {"peak_bytes", context.peak_allocated_bytes() + computed.plan.host_bytes},
               {"slabs", computed.plan.slabs}}},
             {"distance_seconds",
              {{"kernels", s.kernels},
               {"reading", s.reading},
               {"device_transform", s.transform},
-              {"device_difference", s.difference},
+              {"difference", s.difference},
               {"waiting", s.waiting},
               {"adding", s.adding}}}};
 }
@@ -137,13 +151,20 @@ ObtainedDistances compute(const DistanceOptions& options, const MetricNeeds& nee
                                         std::move(computed.distances[m].bounds)});
     }
     result.source = database_json(database, computed);
-    result.device = device_json(context, computed);
+    result.device = device_json(context, result.metrics, computed);
     result.source_lines = {{"database", fmt::format("{}, {}", database.name(), database.kind())},
                            {"materials", fmt::format("{}, of {} samples each",
                                                      fmt::group_digits(result.table.materials()),
                                                      fmt::group_digits(database.grid().voxels()))}};
     result.device_lines = {{"device", fmt::format("{} ({}), {}", context.info().name,
                                                   context.info().kind, context.info().driver)}};
+    const auto on_host = names_on_host(computed.plan, result.metrics);
+    if (!on_host.empty()) {
+        result.device_lines.emplace_back(
+            "on the host",
+            fmt::format("{} of {} metrics, without shaders: the device is this processor",
+                        on_host.size(), result.metrics.size()));
+    }
     return result;
 }
 

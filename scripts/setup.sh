@@ -8,7 +8,7 @@ packages=(
     g++ cmake ninja-build pkg-config python3                            # tools
     glslang-dev glslang-tools spirv-tools                               # shaders
     libvulkan-dev mesa-vulkan-drivers vulkan-validationlayers           # Vulkan, lavapipe
-    libglm-dev libtbb-dev libfmt-dev libxxhash-dev                      # libraries of the engine
+    libglm-dev libtbb-dev libfmt-dev libxxhash-dev libhwy-dev           # libraries of the engine
     libboost-dev                                                        # of the scan
     libcli11-dev nlohmann-json3-dev libopenexr-dev libpng-dev           # of the command line
     libgtest-dev libgmock-dev libbenchmark-dev chromium                 # of the tests

@@ -8,8 +8,9 @@
 
 #include "engine/device/submission.h"
 #include "engine/error.h"
+#include "engine/reflectance/device_work.h"
+#include "engine/reflectance/host_work.h"
 #include "engine/reflectance/metric_check.h"
-#include "engine/reflectance/metric_work.h"
 
 namespace merl::reflectance {
 namespace {
@@ -29,13 +30,13 @@ struct Slot {
     explicit Slot(device::Context& context) : submission(context) {}
 
     std::optional<SlabBuffers> buffers;          // where a metric has no twin
-    std::vector<MetricWork::Products> products;  // per metric
+    std::vector<DeviceWork::Products> products;  // per metric of the device
     device::Submission submission;
     std::uint32_t blocks = 0;  // of the slab that was submitted; 0 when there is none
     std::uint64_t first = 0;   // position of its first voxel
 };
 
-/// The whole computation: two slabs in flight, and every metric's work on them.
+/// The whole computation: two slabs in flight on the device, and every metric's work on them.
 class Computation {
   public:
     /// Called with what is wrong with a metric, and the position of the voxel; throws.
@@ -44,12 +45,19 @@ class Computation {
     Computation(device::Context& context, const SlabPlan& plan,
                 std::span<const Metric* const> metrics, std::uint64_t grid_voxels, Refuse refuse)
         : plan_(plan), scratch_(context, plan, metrics), refuse_(std::move(refuse)) {
-        std::vector<std::optional<MetricWork>> works(metrics.size());
+        std::vector<std::optional<DeviceWork>> works(metrics.size());
         tbb::parallel_for(std::size_t{0}, metrics.size(), [&](std::size_t m) {
-            works[m].emplace(context, plan, *metrics[m], grid_voxels);
+            if (!plan.on_host(*metrics[m])) {
+                works[m].emplace(context, plan, *metrics[m], grid_voxels);
+            }
         });
-        for (auto& work : works) {
-            works_.push_back(std::move(*work));
+        for (std::size_t m = 0; m < metrics.size(); ++m) {
+            is_on_host_.push_back(!works[m]);
+            if (works[m]) {
+                works_.push_back(std::move(*works[m]));
+            } else {
+                host_works_.emplace_back(plan, *metrics[m], grid_voxels);
+            }
         }
         for (int i = 0; i < 2; ++i) {
             Slot& slot = slots_.emplace_back(context);
@@ -72,6 +80,9 @@ class Computation {
 
     /// Reads a slab into the buffers of `slot`.
     void fill(Slot& slot, const Slab& slab, SlabReader& reader) {
+        for (auto& work : host_works_) {
+            work.weigh(slab);
+        }
         for (std::size_t m = 0; m < works_.size(); ++m) {
             works_[m].weigh(slot.products[m], slab);
         }
@@ -85,13 +96,28 @@ class Computation {
                 std::ranges::copy(blocks, slot.buffers->samples.host_as<BlockSamples>().begin() +
                                               static_cast<std::ptrdiff_t>(first));
             }
+            for (auto& work : host_works_) {
+                work.make_grid(slab, material, blocks);
+            }
             for (std::size_t m = 0; m < works_.size(); ++m) {
                 works_[m].make_grid(slot.products[m], slab, material, blocks);
             }
         });
     }
 
+    /// What the host computes itself of a slab that is read.
+    void compute(const Slab& slab, DistanceSeconds& seconds) {
+        const Clock clock;
+        for (auto& work : host_works_) {
+            work.add(slab);
+        }
+        seconds.difference += clock.seconds();
+    }
+
     void submit(Slot& slot, const Slab& slab) {
+        if (works_.empty()) {
+            return;
+        }
         slot.first = slab.first;
         slot.blocks = static_cast<std::uint32_t>(slab.blocks());
         auto& s = slot.submission;
@@ -121,7 +147,7 @@ class Computation {
         for (std::size_t m = 0; m < works_.size(); ++m) {
             seconds.transform += device[2 * m];
             seconds.difference += device[2 * m + 1];
-            if (const auto* finding = MetricWork::finding(slot.products[m])) {
+            if (const auto* finding = DeviceWork::finding(slot.products[m])) {
                 refuse_(works_[m].metric(), *finding, slot.first + finding->voxel);
             }
             works_[m].add(slot.products[m], slot.blocks);
@@ -135,8 +161,10 @@ class Computation {
         finish(slots_[1], seconds);  // the older one first: totals are added in voxel order
         finish(slots_[0], seconds);
         std::vector<MetricDistances> result;
-        for (const auto& work : works_) {
-            result.push_back(work.distances());
+        auto on_device = works_.begin();
+        auto on_host = host_works_.begin();
+        for (const bool is_on_host : is_on_host_) {
+            result.push_back(is_on_host ? (on_host++)->distances() : (on_device++)->distances());
         }
         return result;
     }
@@ -145,7 +173,9 @@ class Computation {
     SlabPlan plan_;
     ScratchBuffers scratch_;
     Refuse refuse_;
-    std::vector<MetricWork> works_;
+    std::vector<bool> is_on_host_;  // of every metric
+    std::vector<DeviceWork> works_;
+    std::vector<HostWork> host_works_;
     std::vector<Slot> slots_;
 };
 
@@ -160,7 +190,7 @@ DistanceResult compute_distances(device::Context& context, const Database& datab
     DistanceResult result;
     result.voxels = voxels.size();
     result.plan = plan_slabs(context.limits(), options.memory_bytes, database.materials().size(),
-                             voxels.size(), metrics);
+                             voxels.size(), metrics, options.shaders_only);
     auto& seconds = result.seconds;
     const Clock kernels;
     Computation computation(
@@ -180,6 +210,7 @@ DistanceResult compute_distances(device::Context& context, const Database& datab
         computation.fill(slot, slab, reader);
         seconds.reading += reading.seconds();
         computation.submit(slot, slab);
+        computation.compute(slab, seconds);
         context.check_validation();
         if (options.progress) {
             options.progress(static_cast<double>(i + 1) / static_cast<double>(result.plan.slabs));

@@ -9,14 +9,16 @@
 #include "engine/device/context.h"
 #include "engine/reflectance/database.h"
 #include "engine/reflectance/metric.h"
+#include "engine/reflectance/pair_totals.h"
 #include "engine/reflectance/slab_plan.h"
 #include "engine/reflectance/slab_reader.h"
 
 namespace merl::reflectance {
 
 struct DistanceOptions {
-    std::uint64_t memory_bytes = 1ULL << 30U;  // bound on device memory
+    std::uint64_t memory_bytes = 1ULL << 30U;  // bound on device memory and what stands in for it
     VoxelSet voxels = VoxelSet::above_horizon;
+    bool shaders_only = false;  // no metric is SlabPlan::on_host(): for tests and benchmarks
     /// Called after every slab with the share that is done, from 0 to 1. An exception thrown by it
     /// ends the computation and leaves through compute_distances().
     std::function<void(double)> progress = {};
@@ -27,19 +29,10 @@ struct DistanceSeconds {
     double kernels = 0;     // compiling the kernels and making the buffers
     double reading = 0;     // host: reading, converting, hashing, grids of metrics with a twin
     double transform = 0;   // device: grids of the others; norms
-    double difference = 0;  // device: grids to partial sums
+    double difference = 0;  // device or host: grids to partial sums
     double waiting = 0;     // host: waiting for the device
     double adding = 0;      // host: adding partial sums in float64
     double total = 0;       // from start to end
-};
-
-/// E of SPEC equation 4.20 for each pair (0,1), (0,2) … (1,2) … of materials under one metric.
-struct MetricDistances {
-    std::vector<double> values;
-    /// How far each can be from the exact value (error_bound.h); infinite where no bound is known.
-    std::vector<double> bounds;
-
-    bool operator==(const MetricDistances&) const = default;
 };
 
 struct DistanceResult {
@@ -47,7 +40,7 @@ struct DistanceResult {
     std::vector<MaterialCounts> counts;      // per material
     std::string content_hash;
     std::uint64_t voxels = 0;  // visited
-    SlabPlan plan;
+    SlabPlan plan;             // says which metrics were on_host()
     DistanceSeconds seconds;
 };
 

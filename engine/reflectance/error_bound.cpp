@@ -15,11 +15,9 @@ constexpr double kSlack = 1.01;
 /// The smallest normal float32: a device may flush what is below to zero.
 constexpr double kSmallest = 0x1p-126;
 
-/// Relative error of two_thirds_power (shaders/lib/numerics.glsl; tests/engine/device_test.cpp).
+/// Relative error of two_thirds_power (shaders/lib/numerics.glsl, host_difference.cpp; measured in
+/// tests/engine/).
 constexpr double kTwoThirdsPowerError = 4e-7;
-
-/// Texels that difference.comp adds before it adds the run.
-constexpr double kRun = 8;
 
 /// Of a chunk of slopes.comp: how many scalars share the steepest slope and the largest sample, and
 /// what the slope is off by, 1.26 for the slope and 0.966 for the seed that stands for it.
@@ -28,11 +26,8 @@ constexpr double kSteepest = 1.26 / 0.966;
 
 }  // namespace
 
-ErrorBound::ErrorBound(const Metric& metric, std::uint64_t grid_voxels)
+ErrorBound::ErrorBound(const Metric& metric, std::uint64_t grid_voxels, double additions)
     : degree_(metric.header.degree), voxels_(static_cast<double>(grid_voxels)) {
-    // Roundings that one term goes through: in its texel, in its run, which begins with the carry,
-    // in adding the run where the total is the smaller of the two, and of the block's sum.
-    const double additions = 2 + kRun + 1 + 1;
     const double evaluation =
         (degree_ < 1 ? kTwoThirdsPowerError : kRoundoff) + degree_ * kRoundoff;
     relative_ = kSlack * (additions * kRoundoff + evaluation);

@@ -6,14 +6,15 @@
 
 namespace merl::reflectance {
 
-/// How far a distance computed on the device can be from the exact one. docs/numerics.md derives
+/// How far a distance computed in float32 can be from the exact one. docs/numerics.md derives
 /// every term; tests/engine/error_bound_test.cpp holds them to float64.
 class ErrorBound {
   public:
-    /// For a database of `grid_voxels` voxels.
-    ErrorBound(const Metric& metric, std::uint64_t grid_voxels);
+    /// For a database of `grid_voxels` voxels, where adding rounds no number more than `additions`
+    /// times.
+    ErrorBound(const Metric& metric, std::uint64_t grid_voxels, double additions);
 
-    /// What the device sums beside a distance, over all voxels; 0 where the metric has no such sum.
+    /// What is summed beside a distance, over all voxels; 0 where the metric has no such sum.
     struct Sums {
         double norm_a = 0;  // of h from zero, of each material (norms.comp)
         double norm_b = 0;

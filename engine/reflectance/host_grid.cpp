@@ -1,5 +1,7 @@
 #include "engine/reflectance/host_grid.h"
 
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -29,16 +31,16 @@ MERL_SCAN_WIDEST_VECTORS void write_voxels(const BlockSamples& samples, const do
 
 }  // namespace
 
-void fold_weights(const Metric& metric, std::span<const Voxel, kBlockVoxels> voxels,
-                  std::uint64_t filled, BlockWeights& weights) {
-    metric.twin.weigh(metric.parameters, voxels, weights);
-    const auto there = std::span(weights).first(filled);
-    if (metric.has_bound()) {
-        const double power = 1 / metric.header.degree;
+void fold_weights(const Metric& metric, const Slab& slab, std::span<BlockWeights> weights) {
+    const double power = metric.has_bound() ? 1 / metric.header.degree : 1;
+    tbb::parallel_for(std::uint64_t{0}, slab.blocks(), [&](std::uint64_t block) {
+        auto& of_block = weights[block];
+        metric.twin.weigh(metric.parameters, slab.voxels_of_block(block), of_block);
+        const auto there = std::span(of_block).first(slab.filled(block));
         std::ranges::transform(there, there.begin(),
                                [=](double weight) { return std::pow(weight, power); });
-    }
-    std::ranges::fill(std::span(weights).subspan(filled), 0.0);
+        std::ranges::fill(std::span(of_block).subspan(there.size()), 0.0);
+    });
 }
 
 void make_grid(const Metric& metric, std::span<const Voxel, kBlockVoxels> voxels,

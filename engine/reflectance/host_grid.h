@@ -4,6 +4,7 @@
 #include <span>
 
 #include "engine/reflectance/metric.h"
+#include "engine/reflectance/slab_reader.h"
 
 namespace merl::reflectance {
 
@@ -12,11 +13,11 @@ namespace merl::reflectance {
 // and every device gets the same grid. What weigh.comp and prepare.comp do on the device for a
 // user's metric is the same.
 
-/// What the samples at each voxel of a block are multiplied with before they enter the grid:
+/// What the samples at each voxel of a slab are multiplied with before they enter the grid:
 /// weight^(1/degree), which the difference turns into the weight again. Without a degree the weight
-/// itself, which the grid holds beside the samples. Zero from voxel `filled` on.
-void fold_weights(const Metric& metric, std::span<const Voxel, kBlockVoxels> voxels,
-                  std::uint64_t filled, BlockWeights& weights);
+/// itself, which the grid holds beside the samples. Zero where there is no
+/// voxel.
+void fold_weights(const Metric& metric, const Slab& slab, std::span<BlockWeights> weights);
 
 /// The texels of one block of one material (shaders/framework/metric.glsl), rounded once from
 /// float64: metric.block_texels() of four numbers each. Zero from voxel `filled` on.

@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <utility>
 
 #include "engine/reflectance/metric.h"
 
@@ -13,16 +14,23 @@ struct PairTiles {
     std::uint32_t side = 0;    // materials along one side of a tile
     std::uint32_t across = 0;  // tiles along one side of the matrix
 
-    /// The tiles in which the difference of a metric takes least. Tiles are unrolled in registers,
-    /// so there is a largest one; the cheaper a pair is beside the fetching of its samples, the
-    /// larger.
+    /// The tiles in which the shaders take least for the difference of a metric. Tiles are unrolled
+    /// in registers, so there is a largest one; the cheaper a pair is beside the fetching of its
+    /// samples, the larger.
     static PairTiles best(std::uint32_t materials, const Metric& metric);
+
+    static PairTiles covering(std::uint32_t materials, std::uint32_t side) {
+        return {.side = side, .across = (materials + side - 1) / side};
+    }
 
     /// Materials and what fills up the last tile.
     std::uint32_t padded_materials() const { return side * across; }
 
     std::uint32_t above_diagonal() const { return across * (across - 1) / 2; }
     std::uint32_t count() const { return above_diagonal() + across; }
+    /// The first row and the first column of a tile, as materials.
+    std::pair<std::uint32_t, std::uint32_t> place_of(std::uint32_t tile) const;
+
     std::size_t pairs_of_tile() const { return std::size_t{side} * side; }
 
     /// Where the sum of materials i < j is among the sums of all tiles, [tile][row][column].

@@ -7,12 +7,17 @@
 #include <type_traits>
 
 #include "engine/error.h"
+#include "engine/reflectance/host_difference.h"
 
 namespace merl::reflectance {
 namespace {
 
 constexpr std::uint64_t kSlabsForOverlap = 4;
 constexpr std::uint64_t kMaxMaterials = 65536;
+
+/// Materials along a side of a tile of HostWork: as many blocks of them as stay in the processor's
+/// nearest caches.
+constexpr std::uint32_t kHostTile = 20;
 
 /// A device that is the processor itself reads what it has just written from its caches, when slabs
 /// are not much larger than those; much smaller ones would only cost submissions.
@@ -31,7 +36,8 @@ std::string mebibytes(std::uint64_t bytes) {
 }  // namespace
 
 PairTiles SlabPlan::tiles(const Metric& metric) const {
-    return PairTiles::best(materials, metric);
+    return on_host(metric) ? PairTiles::covering(materials, kHostTile)
+                           : PairTiles::best(materials, metric);
 }
 
 std::uint64_t SlabPlan::grid_bytes(const Metric& metric) const {
@@ -40,7 +46,11 @@ std::uint64_t SlabPlan::grid_bytes(const Metric& metric) const {
 }
 
 std::uint64_t SlabPlan::ranges_bytes(const Metric& metric) const {
-    return metric.has_slopes() ? grid_bytes(metric) / kChunkTexels / 2 : 0;
+    if (!metric.has_slopes()) {
+        return 0;
+    }
+    return on_host(metric) ? grid_bytes(metric) / sizeof(BlockScalars) * sizeof(ChunkRanges)
+                           : grid_bytes(metric) / kChunkTexels / 2;
 }
 
 std::uint64_t SlabPlan::norms_bytes(const Metric& metric) const {
@@ -55,14 +65,18 @@ std::uint64_t SlabPlan::sums_bytes(const Metric& metric) const {
 
 SlabPlan plan_slabs(const device::Limits& limits, std::uint64_t memory_bytes,
                     std::uint64_t materials, std::uint64_t voxels,
-                    std::span<const Metric* const> metrics) {
+                    std::span<const Metric* const> metrics, bool shaders_only) {
     if (materials > kMaxMaterials) {
         throw Error(Fault::device,
                     fmt::format("{} materials are more than {}, the most there may be", materials,
                                 kMaxMaterials));
     }
-    SlabPlan plan = {.materials = static_cast<std::uint32_t>(materials)};
+    SlabPlan plan = {.materials = static_cast<std::uint32_t>(materials),
+                     .device_is_host = limits.host_caches && !shaders_only};
     for (const auto* metric : metrics) {
+        if (plan.on_host(*metric)) {
+            continue;
+        }
         const auto tiles = plan.tiles(*metric);
         const auto groups =
             std::uint64_t{tiles.count()} * (metric->has_row_groups() ? tiles.side : 1);
@@ -73,31 +87,38 @@ SlabPlan plan_slabs(const device::Limits& limits, std::uint64_t memory_bytes,
                                     materials, limits.groups_x, limits.groups_y));
         }
     }
-    std::uint64_t largest = 0;  // buffer
+    std::uint64_t largest = 1;  // buffer
     const auto bytes_of = [&](std::uint64_t blocks) {
         plan.slab_blocks = static_cast<std::uint32_t>(blocks);
         std::uint64_t per_slab = 0;  // in flight
         std::uint64_t device_grid = 0;
         std::uint64_t ranges = 0;
-        largest = 0;
+        plan.host_bytes = 0;
+        largest = 1;
         for (const auto* metric : metrics) {
             const auto grid = plan.grid_bytes(*metric);
             const auto sums = plan.sums_bytes(*metric);
+            const auto all_sums = (metric->has_slopes() ? 2 : 1) * sums + plan.norms_bytes(*metric);
+            if (plan.on_host(*metric)) {
+                plan.host_bytes += grid + plan.ranges_bytes(*metric) + all_sums;
+                continue;
+            }
             if (metric->has_twin()) {
                 per_slab += grid;
             } else {
                 device_grid = std::max(device_grid, grid);
             }
             ranges = std::max(ranges, plan.ranges_bytes(*metric));
-            per_slab += (metric->has_slopes() ? 2 : 1) * sums + plan.norms_bytes(*metric);
+            per_slab += all_sums;
             largest = std::max({largest, grid, sums});
         }
-        if (device_grid == 0) {
-            return 2 * per_slab + ranges;
+        plan.device_bytes = 2 * per_slab + ranges;
+        if (device_grid > 0) {
+            largest = std::max({largest, plan.samples_bytes(), plan.geometry_bytes()});
+            plan.device_bytes += 2 * (plan.samples_bytes() + plan.geometry_bytes()) +
+                                 plan.weights_bytes() + device_grid;
         }
-        largest = std::max({largest, plan.samples_bytes(), plan.geometry_bytes()});
-        return 2 * (per_slab + plan.samples_bytes() + plan.geometry_bytes()) +
-               plan.weights_bytes() + device_grid + ranges;
+        return plan.device_bytes + plan.host_bytes;
     };
     const auto block_bytes = bytes_of(1);
     const auto buffer_limit = std::min(
@@ -120,7 +141,7 @@ SlabPlan plan_slabs(const device::Limits& limits, std::uint64_t memory_bytes,
     if (limits.host_caches) {
         blocks = std::min(blocks, std::max<std::uint64_t>(1, kCachedBytes / block_bytes));
     }
-    plan.device_bytes = bytes_of(blocks);
+    bytes_of(blocks);
     plan.slabs = divide_up(all_blocks, blocks);
     return plan;
 }

@@ -17,13 +17,22 @@ struct SlabPlan {
     std::uint32_t slab_blocks = 0;  // blocks of one slab
     std::uint64_t slabs = 0;
     std::uint64_t device_bytes = 0;  // of all buffers together
+    std::uint64_t host_bytes = 0;    // of what stands in for them in HostWork
+    bool device_is_host = false;     // whether metrics may be on_host()
 
     std::uint64_t slab_voxels() const { return std::uint64_t{slab_blocks} * kBlockVoxels; }
+
+    /// Whether the host computes the pairs of a metric itself instead of sending them through the
+    /// shaders: where the device is no other processor, for a metric with a twin and a degree.
+    bool on_host(const Metric& metric) const {
+        return device_is_host && metric.has_twin() && metric.has_bound();
+    }
 
     PairTiles tiles(const Metric& metric) const;
 
     // Sizes of the buffers in bytes. Grids that the host makes there are for each metric and each
-    // slab in flight; weights and grids that the device makes, and ranges, are shared by all.
+    // slab in flight; weights and grids that the device makes, and ranges, are shared by all. Of a
+    // metric on_host() there is one of each.
     std::uint64_t samples_bytes() const { return slab_voxels() * materials * 3 * sizeof(double); }
     std::uint64_t geometry_bytes() const { return slab_voxels() * sizeof(Voxel); }
     std::uint64_t weights_bytes() const { return slab_voxels() * sizeof(double); }
@@ -34,10 +43,11 @@ struct SlabPlan {
 };
 
 /// The largest slabs that stay within `memory_bytes` and every limit of the device, but at least
-/// four when there is enough to do, so that reading and computing overlap.
+/// four when there is enough to do, so that reading and computing overlap. With `shaders_only`
+/// nothing is on_host().
 /// Throws Error (usage) when one block does not fit in memory, (device) when a limit forbids it.
 SlabPlan plan_slabs(const device::Limits& limits, std::uint64_t memory_bytes,
                     std::uint64_t materials, std::uint64_t voxels,
-                    std::span<const Metric* const> metrics);
+                    std::span<const Metric* const> metrics, bool shaders_only = false);
 
 }  // namespace merl::reflectance

@@ -54,7 +54,7 @@ def whole_run(program, database):
     parts = {
         "reading": inner["reading"],
         "transform on the device": inner["device_transform"],
-        "difference on the device": inner["device_difference"],
+        "difference": inner["difference"],
         "refine": stages["refine"],
         "opening the device": stages["device"],
         "kernels, buffers": inner["kernels"],

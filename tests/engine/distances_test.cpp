@@ -40,20 +40,24 @@ std::vector<MaterialPair> all_pairs(std::size_t materials) {
     return pairs;
 }
 
-/// Device distances against the float64 twins, at sizes that divide nothing.
+/// Distances of shaders and of the host against the float64 twins, at sizes that divide nothing.
 void expect_as_reference(device::Context& context, const Grid& grid, std::size_t materials,
                          VoxelSet voxels) {
     const FunctionDatabase database(grid, materials, test::random_sample);
     const auto chosen = some_metrics(voxels);
-    const auto result = compute_distances(context, database, chosen, {.voxels = voxels});
     const auto pairs = all_pairs(materials);
-    for (std::size_t m = 0; m < chosen.size(); ++m) {
-        const auto expected = reference_distances(database, *chosen[m], pairs, voxels);
-        ASSERT_EQ(result.distances[m].values.size(), pairs.size());
-        for (std::size_t p = 0; p < pairs.size(); ++p) {
-            EXPECT_NEAR(result.distances[m].values[p] / expected[p], 1, 2e-6)
-                << chosen[m]->name << " " << pairs[p].first << " " << pairs[p].second << " of "
-                << materials << ", " << grid.text();
+    for (const bool shaders_only : {false, true}) {
+        const auto result = compute_distances(context, database, chosen,
+                                              {.voxels = voxels, .shaders_only = shaders_only});
+        EXPECT_NE(result.plan.on_host(*chosen[0]), shaders_only);
+        for (std::size_t m = 0; m < chosen.size(); ++m) {
+            const auto expected = reference_distances(database, *chosen[m], pairs, voxels);
+            ASSERT_EQ(result.distances[m].values.size(), pairs.size());
+            for (std::size_t p = 0; p < pairs.size(); ++p) {
+                EXPECT_NEAR(result.distances[m].values[p] / expected[p], 1, 2e-6)
+                    << chosen[m]->name << " " << pairs[p].first << " " << pairs[p].second << " of "
+                    << materials << ", " << grid.text() << (shaders_only ? ", shaders" : "");
+            }
         }
     }
 }
@@ -76,8 +80,11 @@ Metric without_twin(Metric metric) {
     return metric;
 }
 
-/// Of the whole library, with grids from the host and from the device.
-void expect_library_as_reference(bool grids_of_device) {
+/// What computes: all of it the host, grids only, or nothing.
+enum class Way { host, host_grids, device };
+
+/// Of the whole library.
+void expect_library_as_reference(Way way) {
     const auto database = make_abc_database({.theta_h = 12, .theta_d = 11, .phi_d = 23});
     std::vector<Metric> library(metrics().begin(), metrics().end());
     library.push_back(open_metric("sun-log2:epsilon=0.5"));
@@ -85,12 +92,13 @@ void expect_library_as_reference(bool grids_of_device) {
     std::vector<Metric> computed;
     std::vector<const Metric*> chosen;
     for (const auto& metric : library) {
-        computed.push_back(grids_of_device ? without_twin(metric) : metric);
+        computed.push_back(way == Way::device ? without_twin(metric) : metric);
     }
     for (const auto& metric : computed) {
         chosen.push_back(&metric);
     }
-    const auto result = compute_distances(test::lavapipe(), *database, chosen);
+    const auto result = compute_distances(test::lavapipe(), *database, chosen,
+                                          {.shaders_only = way == Way::host_grids});
     const auto pairs = all_pairs(100);
     std::vector<MaterialPair> some;
     for (std::size_t p = 0; p < pairs.size(); p += 97) {
@@ -108,11 +116,15 @@ void expect_library_as_reference(bool grids_of_device) {
 }
 
 TEST(Distances, OfTheWholeLibraryAgreeWithItsTwins) {
-    expect_library_as_reference(false);
+    expect_library_as_reference(Way::host);
+}
+
+TEST(Distances, OfTheWholeLibraryAgreeWithItsTwinsInShaders) {
+    expect_library_as_reference(Way::host_grids);
 }
 
 TEST(Distances, OfTheWholeLibraryAgreeWithItsTwinsWhenTheDeviceMakesTheGrids) {
-    expect_library_as_reference(true);
+    expect_library_as_reference(Way::device);
 }
 
 TEST(Distances, AgreeWithTheReferenceThroughStagingBuffers) {
@@ -131,18 +143,23 @@ TEST(Distances, DoNotDependOnSlabSizeStagingOrThreads) {
     auto chosen = some_metrics();
     const Metric of_a_user = without_twin(find_metric("cwcbrt"));
     chosen.push_back(&of_a_user);
-    const auto whole = compute_distances(test::lavapipe(), database, chosen);
-    ASSERT_GT(whole.plan.slabs, 1U);
-    for (const std::uint64_t memory : {6'000'000U, 12'000'000U}) {
-        for (const std::size_t threads : {1U, 2U, 5U}) {
-            const tbb::global_control control(tbb::global_control::max_allowed_parallelism,
-                                              threads);
-            auto& context = threads == 2 ? test::lavapipe_with_staging() : test::lavapipe();
-            const auto cut = compute_distances(context, database, chosen, {.memory_bytes = memory});
-            EXPECT_NE(cut.plan.slabs, whole.plan.slabs);
-            EXPECT_EQ(cut.distances, whole.distances) << memory;
-            EXPECT_EQ(cut.content_hash, whole.content_hash);
-            EXPECT_LE(cut.plan.device_bytes, memory);
+    for (const bool shaders_only : {false, true}) {
+        const auto whole =
+            compute_distances(test::lavapipe(), database, chosen, {.shaders_only = shaders_only});
+        ASSERT_GT(whole.plan.slabs, 1U);
+        for (const std::uint64_t memory : {6'000'000U, 9'000'000U}) {
+            for (const std::size_t threads : {1U, 2U, 5U}) {
+                const tbb::global_control control(tbb::global_control::max_allowed_parallelism,
+                                                  threads);
+                auto& context = threads == 2 ? test::lavapipe_with_staging() : test::lavapipe();
+                const auto cut =
+                    compute_distances(context, database, chosen,
+                                      {.memory_bytes = memory, .shaders_only = shaders_only});
+                EXPECT_NE(cut.plan.slabs, whole.plan.slabs);
+                EXPECT_EQ(cut.distances, whole.distances) << memory;
+                EXPECT_EQ(cut.content_hash, whole.content_hash);
+                EXPECT_LE(cut.plan.device_bytes + cut.plan.host_bytes, memory);
+            }
         }
     }
 }
@@ -151,11 +168,16 @@ TEST(Distances, StayWithinTheMemoryTheyPlanned) {
     device::Context context({.device = "llvmpipe"});
     const FunctionDatabase database({.theta_h = 30, .theta_d = 20, .phi_d = 24}, 30,
                                     test::random_sample);
-    const auto result =
-        compute_distances(context, database, some_metrics(), {.memory_bytes = 8'000'000});
-    EXPECT_LE(result.plan.device_bytes, 8'000'000U);
-    EXPECT_LE(context.peak_allocated_bytes(), result.plan.device_bytes + 64 * 1024);  // alignment
-    EXPECT_EQ(context.allocated_bytes(), 0U);
+    for (const bool shaders_only : {false, true}) {
+        const auto result =
+            compute_distances(context, database, some_metrics(),
+                              {.memory_bytes = 8'000'000, .shaders_only = shaders_only});
+        EXPECT_LE(result.plan.device_bytes + result.plan.host_bytes, 8'000'000U);
+        EXPECT_EQ(result.plan.host_bytes == 0, shaders_only);
+        EXPECT_LE(context.peak_allocated_bytes(),
+                  result.plan.device_bytes + 64 * 1024);  // alignment
+        EXPECT_EQ(context.allocated_bytes(), 0U);
+    }
 }
 
 TEST(Distances, OfOneMaterialWithItselfAreZero) {
@@ -168,12 +190,15 @@ TEST(Distances, OfOneMaterialWithItselfAreZero) {
     for (const auto& metric : metrics()) {
         all.push_back(&metric);
     }
-    const auto result = compute_distances(test::lavapipe(), database, all);
-    for (std::size_t m = 0; m < all.size(); ++m) {
-        const auto& d = result.distances[m].values;
-        EXPECT_EQ(d[2], 0) << all[m]->name;     // 1 and its copy
-        EXPECT_EQ(d[0], d[1]) << all[m]->name;  // 0 to either
-        EXPECT_GT(d[0], 0) << all[m]->name;
+    for (const bool shaders_only : {false, true}) {
+        const auto result =
+            compute_distances(test::lavapipe(), database, all, {.shaders_only = shaders_only});
+        for (std::size_t m = 0; m < all.size(); ++m) {
+            const auto& d = result.distances[m].values;
+            EXPECT_EQ(d[2], 0) << all[m]->name;     // 1 and its copy
+            EXPECT_EQ(d[0], d[1]) << all[m]->name;  // 0 to either
+            EXPECT_GT(d[0], 0) << all[m]->name;
+        }
     }
 }
 

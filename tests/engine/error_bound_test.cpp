@@ -26,12 +26,12 @@ std::vector<const Metric*> all_metrics() {
     return all;
 }
 
-/// Every distance of a database is within its bound of the float64 twin's, under the metrics.
+/// Every distance of a database, of shaders and of the host, is within its bound of the float64
+/// twin's, under the metrics.
 void expect_bounds_hold(const Database& database,
                         const std::vector<const Metric*>& chosen = {&find_metric("cosine-rmse"),
                                                                     &find_metric("cwcbrt"),
                                                                     &find_metric("pawcielab")}) {
-    const auto result = compute_distances(test::lavapipe(), database, chosen);
     std::vector<ReferenceRequest> requests;
     for (const auto* metric : chosen) {
         auto& request = requests.emplace_back(ReferenceRequest{metric, {}});
@@ -42,14 +42,18 @@ void expect_bounds_hold(const Database& database,
         }
     }
     const auto exact = reference_distances(database, requests);
-    for (std::size_t m = 0; m < chosen.size(); ++m) {
-        for (std::size_t p = 0; p < exact[m].size(); ++p) {
-            const auto [i, j] = requests[m].pairs[p];
-            // What the float64 twin itself may be off: some 1e-15 of the samples' norms.
-            EXPECT_TRUE(std::isfinite(result.distances[m].bounds[p]));
-            EXPECT_NEAR(result.distances[m].values[p], exact[m][p],
-                        result.distances[m].bounds[p] + 1e-13 * exact[m][p])
-                << chosen[m]->name << " " << i << " " << j;
+    for (const bool shaders_only : {false, true}) {
+        const auto result =
+            compute_distances(test::lavapipe(), database, chosen, {.shaders_only = shaders_only});
+        for (std::size_t m = 0; m < chosen.size(); ++m) {
+            for (std::size_t p = 0; p < exact[m].size(); ++p) {
+                const auto [i, j] = requests[m].pairs[p];
+                // What the float64 twin itself may be off: some 1e-15 of the samples' norms.
+                EXPECT_TRUE(std::isfinite(result.distances[m].bounds[p]));
+                EXPECT_NEAR(result.distances[m].values[p], exact[m][p],
+                            result.distances[m].bounds[p] + 1e-13 * exact[m][p])
+                    << chosen[m]->name << " " << i << " " << j << (shaders_only ? ", shaders" : "");
+            }
         }
     }
 }
@@ -80,11 +84,12 @@ TEST(ErrorBound, HoldsForHugeTinyAndBlackMaterials) {
         }));
 }
 
-TEST(ErrorBound, HoldsForAllPairsOfTheBuiltInDatabase) {
+void expect_golden_distances(bool shaders_only) {
     // Against the independent float64 table, which has 14 to 15 digits.
     const auto database = make_abc_database();
     const Metric* const chosen[] = {&find_metric("cwcbrt"), &find_metric("pawcielab")};
-    const auto result = compute_distances(test::lavapipe(), *database, chosen);
+    const auto result =
+        compute_distances(test::lavapipe(), *database, chosen, {.shaders_only = shaders_only});
     std::ifstream file(MERL_GOLDEN_CSV);
     std::string line;
     std::getline(file, line);
@@ -102,6 +107,14 @@ TEST(ErrorBound, HoldsForAllPairsOfTheBuiltInDatabase) {
         }
     }
     EXPECT_EQ(p, 4950U);
+}
+
+TEST(ErrorBound, HoldsForAllPairsOfTheBuiltInDatabase) {
+    expect_golden_distances(false);
+}
+
+TEST(ErrorBound, HoldsForAllPairsOfTheBuiltInDatabaseInShaders) {
+    expect_golden_distances(true);
 }
 
 TEST(ErrorBound, IsUnknownWithoutADegree) {

@@ -99,9 +99,35 @@ TEST(SlabPlan, SlabsStayNearCachesThatDeviceAndHostShare) {
     limits.host_caches = true;
     for (const std::uint64_t materials : {2, 100, 1000}) {
         const auto plan = plan_slabs(limits, 1024 * kMiB, materials, kMerlVoxels, two_metrics());
-        EXPECT_TRUE(plan.device_bytes <= 64 * kMiB || plan.slab_blocks == 1);
+        EXPECT_EQ(plan.device_bytes, 0U);
+        EXPECT_TRUE(plan.host_bytes <= 64 * kMiB || plan.slab_blocks == 1);
         EXPECT_GE(plan.slabs * plan.slab_voxels(), kMerlVoxels);
     }
+}
+
+TEST(SlabPlan, TheHostTakesWhatHasATwinAndADegreeWhereItIsTheDevice) {
+    auto limits = lavapipe_limits();
+    const std::array<const Metric*, 3> metrics = {&find_metric("cwcbrt"), &of_a_user(),
+                                                  &find_metric("paw-ciede2000")};
+    const auto on_host = [&](bool shaders_only) {
+        const auto plan = plan_slabs(limits, 1024 * kMiB, 100, kMerlVoxels, metrics, shaders_only);
+        EXPECT_GT(plan.device_bytes, 0U);
+        return std::array{plan.on_host(*metrics[0]), plan.on_host(*metrics[1]),
+                          plan.on_host(*metrics[2])};
+    };
+    EXPECT_EQ(on_host(false), (std::array{false, false, false}));
+    limits.host_caches = true;
+    EXPECT_EQ(on_host(false), (std::array{true, false, false}));
+    EXPECT_EQ(on_host(true), (std::array{false, false, false}));
+}
+
+TEST(SlabPlan, OnTheHostNoLimitOfTheDeviceCounts) {
+    auto limits = lavapipe_limits();
+    limits.host_caches = true;
+    limits.storage_buffer_bytes = kMiB;
+    limits.groups_x = 2;
+    EXPECT_NO_THROW(plan_slabs(limits, 1024 * kMiB, 100, kMerlVoxels, two_metrics()));
+    EXPECT_THROW(plan_slabs(limits, 1024 * kMiB, 100, kMerlVoxels, two_metrics(), true), Error);
 }
 
 TEST(PairTiles, EveryPairHasOnePlace) {
@@ -110,7 +136,12 @@ TEST(PairTiles, EveryPairHasOnePlace) {
         std::set<std::size_t> places;
         for (std::uint32_t i = 0; i < tiles.padded_materials(); ++i) {
             for (std::uint32_t j = i + 1; j < tiles.padded_materials(); ++j) {
-                places.insert(tiles.sum_index(i, j));
+                const auto at = tiles.sum_index(i, j);
+                places.insert(at);
+                const auto [row, column] =
+                    tiles.place_of(static_cast<std::uint32_t>(at / tiles.pairs_of_tile()));
+                EXPECT_EQ(row, i / 3 * 3);
+                EXPECT_EQ(column, j / 3 * 3);
             }
         }
         const auto n = std::size_t{tiles.padded_materials()};

@@ -9,11 +9,10 @@
 #include "engine/device/context.h"
 #include "engine/device/kernel.h"
 #include "engine/device/submission.h"
-#include "engine/reflectance/distances.h"
-#include "engine/reflectance/error_bound.h"
 #include "engine/reflectance/metric.h"
 #include "engine/reflectance/metric_check.h"
 #include "engine/reflectance/metric_kernels.h"
+#include "engine/reflectance/pair_totals.h"
 #include "engine/reflectance/slab_plan.h"
 
 namespace merl::reflectance {
@@ -38,10 +37,10 @@ struct ScratchBuffers {
 
 /// One metric on the device: its kernels (shaders/framework/), and the float64 totals of what they
 /// give.
-class MetricWork {
+class DeviceWork {
   public:
     /// Compiles the metric: throws what compile_kernels() throws.
-    MetricWork(device::Context& context, const SlabPlan& plan, const Metric& metric,
+    DeviceWork(device::Context& context, const SlabPlan& plan, const Metric& metric,
                std::uint64_t grid_voxels);
 
     const Metric& metric() const { return *metric_; }
@@ -50,11 +49,11 @@ class MetricWork {
     class Products {
       public:
         /// `slab` is there when a metric of the computation has no twin.
-        Products(device::Context& context, const MetricWork& work, SlabBuffers* slab,
+        Products(device::Context& context, const DeviceWork& work, SlabBuffers* slab,
                  ScratchBuffers& scratch);
 
       private:
-        friend class MetricWork;
+        friend class DeviceWork;
         std::optional<device::Buffer> grid_;    // [block][material][texel], made on the host
         std::vector<BlockWeights> weights_;     // for that
         device::Buffer sums_;                   // [block][tile][row][column]
@@ -83,24 +82,20 @@ class MetricWork {
     /// What check.comp found wrong in a slab that is finished; nullptr when nothing is.
     static const Finding* finding(const Products& products);
 
-    /// The distances, after the last slab. Throws Error (input) when a sum is beyond float32.
-    MetricDistances distances() const;
+    /// The distances, after the last slab.
+    MetricDistances distances() const { return totals_.distances(); }
 
   private:
-    MetricWork(device::Context& context, const SlabPlan& plan, const Metric& metric,
+    DeviceWork(device::Context& context, const SlabPlan& plan, const Metric& metric,
                std::uint64_t grid_voxels, const MetricKernels& spirv);
 
     const Metric* metric_;
     SlabPlan plan_;
     PairTiles tiles_;
-    std::uint64_t grid_voxels_;
-    ErrorBound bound_;
+    PairTotals totals_;
     std::optional<device::Kernel> weigh_, prepare_;  // without a twin
     std::optional<device::Kernel> difference_, diagonal_difference_;
     std::optional<device::Kernel> norm_, range_, slope_, diagonal_slope_, check_;
-    std::vector<double> sums_;    // [tile][row][column]
-    std::vector<double> slopes_;  // likewise
-    std::vector<double> norms_;   // [material]
 };
 
 }  // namespace merl::reflectance

@@ -1,14 +1,10 @@
-#include "engine/reflectance/metric_work.h"
+#include "engine/reflectance/device_work.h"
 
 #include <fmt/format.h>
-#include <tbb/parallel_for.h>
 #include <tbb/parallel_invoke.h>
 
 #include <algorithm>
-#include <cmath>
-#include <stdexcept>
 
-#include "engine/error.h"
 #include "engine/reflectance/host_grid.h"
 
 namespace merl::reflectance {
@@ -28,6 +24,11 @@ constexpr auto kStorage = Binding::storage;
 
 constexpr std::uint32_t kLanes =
     64;  // of a workgroup that is not one subgroup: on lavapipe 256 can be twice as slow
+
+/// Roundings that a number goes through in difference.comp: in its texel, in its run of eight
+/// texels, which begins with the carry, in adding the run where the total is the smaller of the
+/// two, and of the block's sum.
+constexpr double kAdditions = 2 + 8 + 1 + 1;
 
 /// Push constants of the kernels in shaders/framework/.
 struct WeighPush {
@@ -93,6 +94,9 @@ ScratchBuffers::ScratchBuffers(Context& context, const SlabPlan& plan,
     std::uint64_t grid_bytes = 0;
     std::uint64_t ranges_bytes = 0;
     for (const auto* metric : metrics) {
+        if (plan.on_host(*metric)) {
+            continue;
+        }
         grid_bytes = std::max(grid_bytes, metric->has_twin() ? 0 : plan.grid_bytes(*metric));
         ranges_bytes = std::max(ranges_bytes, plan.ranges_bytes(*metric));
     }
@@ -105,20 +109,16 @@ ScratchBuffers::ScratchBuffers(Context& context, const SlabPlan& plan,
     }
 }
 
-MetricWork::MetricWork(Context& context, const SlabPlan& plan, const Metric& metric,
+DeviceWork::DeviceWork(Context& context, const SlabPlan& plan, const Metric& metric,
                        std::uint64_t grid_voxels)
-    : MetricWork(context, plan, metric, grid_voxels, compile_kernels(metric)) {}
+    : DeviceWork(context, plan, metric, grid_voxels, compile_kernels(metric)) {}
 
-MetricWork::MetricWork(Context& context, const SlabPlan& plan, const Metric& metric,
+DeviceWork::DeviceWork(Context& context, const SlabPlan& plan, const Metric& metric,
                        std::uint64_t grid_voxels, const MetricKernels& spirv)
     : metric_(&metric),
       plan_(plan),
       tiles_(plan.tiles(metric)),
-      grid_voxels_(grid_voxels),
-      bound_(metric, grid_voxels),
-      sums_(tiles_.count() * tiles_.pairs_of_tile()),
-      slopes_(metric.has_slopes() ? sums_.size() : 0),
-      norms_(metric.has_norms() ? tiles_.padded_materials() : 0) {
+      totals_(metric, plan.materials, tiles_, grid_voxels, kAdditions) {
     // Drivers take longer than anything else here, and use one thread for a kernel.
     tbb::parallel_invoke(
         [&] {
@@ -164,7 +164,7 @@ MetricWork::MetricWork(Context& context, const SlabPlan& plan, const Metric& met
         });
 }
 
-MetricWork::Products::Products(Context& context, const MetricWork& work, SlabBuffers* slab,
+DeviceWork::Products::Products(Context& context, const DeviceWork& work, SlabBuffers* slab,
                                ScratchBuffers& scratch)
     : sums_(download(context, work.plan_.sums_bytes(*work.metric_))) {
     if (work.metric_->has_twin()) {
@@ -199,17 +199,13 @@ MetricWork::Products::Products(Context& context, const MetricWork& work, SlabBuf
     }
 }
 
-void MetricWork::weigh(Products& products, const Slab& slab) const {
-    if (!metric_->has_twin()) {
-        return;
+void DeviceWork::weigh(Products& products, const Slab& slab) const {
+    if (metric_->has_twin()) {
+        fold_weights(*metric_, slab, products.weights_);
     }
-    tbb::parallel_for(std::uint64_t{0}, slab.blocks(), [&](std::uint64_t block) {
-        fold_weights(*metric_, slab.voxels_of_block(block), slab.filled(block),
-                     products.weights_[block]);
-    });
 }
 
-void MetricWork::make_grid(Products& products, const Slab& slab, std::size_t material,
+void DeviceWork::make_grid(Products& products, const Slab& slab, std::size_t material,
                            std::span<const BlockSamples> blocks) const {
     if (!metric_->has_twin()) {
         return;
@@ -224,7 +220,7 @@ void MetricWork::make_grid(Products& products, const Slab& slab, std::size_t mat
     }
 }
 
-void MetricWork::record(Submission& submission, Products& products, std::uint32_t voxels,
+void DeviceWork::record(Submission& submission, Products& products, std::uint32_t voxels,
                         std::uint32_t blocks) const {
     const std::uint32_t slab_voxels = blocks * kBlockVoxels;
     const std::uint32_t padded = tiles_.padded_materials();
@@ -272,66 +268,24 @@ void MetricWork::record(Submission& submission, Products& products, std::uint32_
     submission.mark();
 }
 
-void MetricWork::add(const Products& products, std::uint32_t blocks) {
-    const std::size_t pairs = tiles_.pairs_of_tile();
-    const auto add_tiles = [&](const Buffer& buffer, std::vector<double>& totals) {
-        const auto sums = buffer.host_as<const float>();
-        tbb::parallel_for(std::size_t{0}, std::size_t{tiles_.count()}, [&](std::size_t tile) {
-            double* const total = totals.data() + tile * pairs;
-            for (std::size_t block = 0; block < blocks; ++block) {
-                const float* const sum = sums.data() + (block * tiles_.count() + tile) * pairs;
-                for (std::size_t i = 0; i < pairs; ++i) {
-                    total[i] += static_cast<double>(sum[i]);
-                }
-            }
-        });
-    };
-    add_tiles(products.sums_, sums_);
+void DeviceWork::add(const Products& products, std::uint32_t blocks) {
+    PartialSums sums;
+    sums.differences = products.sums_.host_as<const float>();
     if (products.slopes_) {
-        add_tiles(*products.slopes_, slopes_);
+        sums.slopes = products.slopes_->host_as<const float>();
     }
     if (products.norms_) {
-        const auto norms = products.norms_->host_as<const float>();
-        for (std::size_t block = 0; block < blocks; ++block) {
-            for (std::size_t i = 0; i < norms_.size(); ++i) {
-                norms_[i] += static_cast<double>(norms[block * norms_.size() + i]);
-            }
-        }
+        sums.norms = products.norms_->host_as<const float>();
     }
+    totals_.add(sums, blocks);
 }
 
-const Finding* MetricWork::finding(const Products& products) {
+const Finding* DeviceWork::finding(const Products& products) {
     if (!products.finding_) {
         return nullptr;
     }
     const auto& finding = products.finding_->host_as<const Finding>()[0];
     return finding.kind == Finding::fine ? nullptr : &finding;
-}
-
-MetricDistances MetricWork::distances() const {
-    MetricDistances result;
-    for (std::uint32_t i = 0; i < plan_.materials; ++i) {
-        for (std::uint32_t j = i + 1; j < plan_.materials; ++j) {
-            const std::size_t at = tiles_.sum_index(i, j);
-            const double sum = sums_[at];
-            if (!std::isfinite(sum) && metric_->is_checked()) {
-                throw Error(Fault::input,
-                            fmt::format("{}: the sum over the voxels is {} for materials {} and "
-                                        "{}: beyond the range of float32",
-                                        metric_->file, sum, i, j));
-            }
-            if (!std::isfinite(sum) || sum < 0) {
-                throw std::logic_error(fmt::format(
-                    "metric {}: the sum of materials {} and {} is {}", metric_->name, i, j, sum));
-            }
-            result.values.push_back(std::sqrt(sum / static_cast<double>(grid_voxels_)));
-            result.bounds.push_back(
-                bound_.distance(sum, {.norm_a = norms_.empty() ? 0 : norms_[i],
-                                      .norm_b = norms_.empty() ? 0 : norms_[j],
-                                      .slopes = slopes_.empty() ? 0 : slopes_[at]}));
-        }
-    }
-    return result;
 }
 
 }  // namespace merl::reflectance

@@ -1,0 +1,239 @@
+// Highway compiles this file for one instruction set after the other, and picks one at run time.
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "engine/reflectance/host_difference.cpp"
+#include "engine/reflectance/host_difference.h"
+
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+HWY_BEFORE_NAMESPACE();
+namespace merl::reflectance::HWY_NAMESPACE {
+namespace {
+
+namespace hn = hwy::HWY_NAMESPACE;
+using Floats = hn::CappedTag<float, 16>;
+using Vector = hn::Vec<Floats>;
+
+/// What is added together is as far apart as in the widest vectors.
+constexpr std::size_t kLanes = 16;
+constexpr std::size_t kWidth = HWY_MIN(kLanes, hn::MaxLanes(Floats()));
+constexpr std::size_t kStep = std::size_t{kHostRun} * kLanes;  // numbers of one run
+
+/// About x^(-1/3) times a constant that `seed` holds: the bits of a float, divided by three. The
+/// division is that of a float that counts in units of 512, so that its own bits are the answer.
+HWY_INLINE Vector inverse_cube_root(Vector x, std::uint32_t seed) {
+    constexpr Floats d;
+    constexpr hn::RebindToSigned<Floats> di;
+    const auto bits = hn::ConvertTo(d, hn::BitCast(di, x));
+    const auto units = hn::NegMulAdd(bits, hn::Set(d, 1.0F / 3 / 512),
+                                     hn::Set(d, 0x1p23F + static_cast<float>(seed / 512)));
+    return hn::BitCast(d, hn::ShiftLeft<9>(hn::BitCast(di, units)));
+}
+
+// sum + |d|^degree. The constants of the first are those of shaders/lib/numerics.glsl.
+struct TwoThirds {
+    HWY_INLINE Vector operator()(Vector sum, Vector difference) const {
+        constexpr Floats d;
+        const auto x = hn::Abs(difference);
+        const auto y = inverse_cube_root(x, 0x5486ca00);
+        const auto xy = hn::Mul(x, y);
+        const auto e = hn::Mul(xy, hn::Mul(y, y));
+        auto p = hn::Sub(e, hn::Set(d, 3.33147216F));
+        p = hn::MulAdd(p, e, hn::Set(d, 4.56838512F));
+        p = hn::MulAdd(p, e, hn::Set(d, -3.40676427F));
+        p = hn::MulAdd(p, e, hn::Set(d, 2.17506909F));
+        return hn::MulAdd(p, xy, sum);
+    }
+};
+
+struct One {
+    HWY_INLINE Vector operator()(Vector sum, Vector difference) const {
+        return hn::Add(sum, hn::Abs(difference));
+    }
+};
+
+struct Two {
+    HWY_INLINE Vector operator()(Vector sum, Vector difference) const {
+        return hn::MulAdd(difference, difference, sum);
+    }
+};
+
+template <typename F>
+auto with_power(double degree, F function) {
+    return degree < 1 ? function(TwoThirds()) : degree == 1 ? function(One()) : function(Two());
+}
+
+/// Sums in float64, of the lanes that are eight apart.
+using Totals = std::array<double, kLanes / 2>;
+
+/// Adds the lanes of a vector, of which the first is `lane` of kLanes.
+HWY_INLINE void add_lanes(Vector sum, std::size_t lane, Totals& totals) {
+#if HWY_TARGET == HWY_SCALAR
+    totals[lane % totals.size()] += static_cast<double>(hn::GetLane(sum));
+#else
+    constexpr hn::Repartition<double, Floats> d;
+    constexpr hn::Rebind<float, decltype(d)> half;
+    double* const low = totals.data() + lane % totals.size();
+    double* const high = totals.data() + (lane + kWidth / 2) % totals.size();
+    hn::StoreU(hn::Add(hn::LoadU(d, low), hn::PromoteTo(d, hn::LowerHalf(half, sum))), d, low);
+    hn::StoreU(hn::Add(hn::LoadU(d, high), hn::PromoteTo(d, hn::UpperHalf(half, sum))), d, high);
+#endif
+}
+
+float sum_of(const Totals& totals) {
+    return static_cast<float>(((totals[0] + totals[1]) + (totals[2] + totals[3])) +
+                              ((totals[4] + totals[5]) + (totals[6] + totals[7])));
+}
+
+/// One run of kRows materials against kHostGroup others.
+template <std::size_t kRows, typename Power>
+HWY_INLINE void add_run(Power power, const BlockScalars* rows, const BlockScalars* columns,
+                        std::size_t first, Totals (&totals)[kRows][kHostGroup]) {
+    constexpr Floats d;
+    for (std::size_t lane = 0; lane < kLanes; lane += kWidth) {
+        Vector sums[kRows][kHostGroup];
+        for (auto& of_row : sums) {
+            for (auto& sum : of_row) {
+                sum = hn::Zero(d);
+            }
+        }
+        for (std::size_t at = first + lane; at < first + kStep; at += kLanes) {
+            Vector column[kHostGroup];
+            for (std::size_t c = 0; c < kHostGroup; ++c) {
+                column[c] = hn::LoadU(d, columns[c].data() + at);
+            }
+            for (std::size_t r = 0; r < kRows; ++r) {
+                const auto row = hn::LoadU(d, rows[r].data() + at);
+                for (std::size_t c = 0; c < kHostGroup; ++c) {
+                    sums[r][c] = power(sums[r][c], hn::Sub(row, column[c]));
+                }
+            }
+        }
+        for (std::size_t r = 0; r < kRows; ++r) {
+            for (std::size_t c = 0; c < kHostGroup; ++c) {
+                add_lanes(sums[r][c], lane, totals[r][c]);
+            }
+        }
+    }
+}
+
+template <typename Power>
+void sum_differences_of(Power power, const HostTile<BlockScalars>& tile) {
+    // As many pairs side by side as there are registers for.
+    constexpr std::size_t kRows = kWidth == kLanes ? 4 : 2;
+    static_assert(kHostGroup % kRows == 0 && kBlockScalars % kStep == 0);
+    for (std::uint32_t c = 0; c < tile.column_count; c += kHostGroup) {
+        const std::uint32_t end = tile.rows == tile.columns ? c + kHostGroup : tile.row_count;
+        for (std::uint32_t r = 0; r < end; r += kRows) {
+            Totals totals[kRows][kHostGroup] = {};
+            for (std::size_t first = 0; first < kBlockScalars; first += kStep) {
+                add_run<kRows>(power, tile.rows + r, tile.columns + c, first, totals);
+            }
+            for (std::size_t i = 0; i < kRows; ++i) {
+                for (std::size_t j = 0; j < kHostGroup; ++j) {
+                    tile.sums[(r + i) * tile.stride + c + j] = sum_of(totals[i][j]);
+                }
+            }
+        }
+    }
+}
+
+void sum_differences(double degree, const HostTile<BlockScalars>& tile) {
+    with_power(degree, [&](auto power) { sum_differences_of(power, tile); });
+}
+
+float sum_norm(double degree, const BlockScalars& scalars) {
+    constexpr Floats d;
+    return with_power(degree, [&](auto power) {
+        Totals totals = {};
+        for (std::size_t lane = 0; lane < kLanes; lane += kWidth) {
+            auto sum = hn::Zero(d);
+            for (std::size_t at = lane; at < kBlockScalars; at += kLanes) {
+                sum = power(sum, hn::LoadU(d, scalars.data() + at));
+            }
+            add_lanes(sum, lane, totals);
+        }
+        return sum_of(totals);
+    });
+}
+
+void find_ranges(const BlockScalars& scalars, ChunkRanges& ranges) {
+    constexpr Floats d;
+    constexpr std::size_t kChunk = kBlockScalars / ChunkRanges::kChunks;
+    for (std::size_t chunk = 0; chunk < ChunkRanges::kChunks; ++chunk) {
+        const float* const first = scalars.data() + chunk * kChunk;
+        auto low = hn::LoadU(d, first);
+        auto high = low;
+        for (std::size_t at = kWidth; at < kChunk; at += kWidth) {
+            const auto next = hn::LoadU(d, first + at);
+            low = hn::Min(low, next);
+            high = hn::Max(high, next);
+        }
+        ranges.low[chunk] = hn::GetLane(hn::MinOfLanes(d, low));
+        ranges.high[chunk] = hn::GetLane(hn::MaxOfLanes(d, high));
+        ranges.size[chunk] = std::max(std::abs(ranges.low[chunk]), std::abs(ranges.high[chunk]));
+    }
+}
+
+float sum_slopes_of(const ChunkRanges& a, const ChunkRanges& b) {
+    constexpr Floats d;
+    Totals totals = {};
+    for (std::size_t lane = 0; lane < kLanes; lane += kWidth) {
+        auto sum = hn::Zero(d);
+        for (std::size_t at = lane; at < ChunkRanges::kChunks; at += kLanes) {
+            const auto load = [&](const auto& numbers) {
+                return hn::LoadU(d, numbers.data() + at);
+            };
+            const auto size = hn::Add(load(a.size), load(b.size));
+            const auto apart =
+                hn::Max(hn::Sub(load(a.low), load(b.high)), hn::Sub(load(b.low), load(a.high)));
+            const auto gap = hn::Max(apart, hn::Mul(size, hn::Set(d, 0x1p-24F)));
+            sum = hn::MulAdd(size, inverse_cube_root(gap, 0x54a25e4c), sum);
+        }
+        add_lanes(sum, lane, totals);
+    }
+    return sum_of(totals);
+}
+
+void sum_slopes(const HostTile<ChunkRanges>& tile) {
+    for (std::uint32_t r = 0; r < tile.row_count; ++r) {
+        for (std::uint32_t c = tile.rows == tile.columns ? r + 1 : 0; c < tile.column_count; ++c) {
+            tile.sums[r * tile.stride + c] = sum_slopes_of(tile.rows[r], tile.columns[c]);
+        }
+    }
+}
+
+}  // namespace
+}  // namespace merl::reflectance::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace merl::reflectance {
+
+HWY_EXPORT(sum_differences);
+HWY_EXPORT(sum_norm);
+HWY_EXPORT(find_ranges);
+HWY_EXPORT(sum_slopes);
+
+void sum_differences(double degree, const HostTile<BlockScalars>& tile) {
+    HWY_DYNAMIC_DISPATCH(sum_differences)(degree, tile);
+}
+
+float sum_norm(double degree, const BlockScalars& scalars) {
+    return HWY_DYNAMIC_DISPATCH(sum_norm)(degree, scalars);
+}
+
+void find_ranges(const BlockScalars& scalars, ChunkRanges& ranges) {
+    HWY_DYNAMIC_DISPATCH(find_ranges)(scalars, ranges);
+}
+
+void sum_slopes(const HostTile<ChunkRanges>& tile) {
+    HWY_DYNAMIC_DISPATCH(sum_slopes)(tile);
+}
+
+}  // namespace merl::reflectance
+#endif

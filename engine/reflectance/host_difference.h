@@ -1,0 +1,59 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+#include "engine/reflectance/metric.h"
+
+namespace merl::reflectance {
+
+// The sums of shaders/framework/ over one block, for a device that is the processor itself: there
+// the same formulas, compiled for its widest vectors, take a third of the time
+// (docs/performance.md). Every number is added in the same lane and order for any width of vectors,
+// so the result is the same on all processors that fuse multiplication and addition.
+
+/// Numbers of one block of one material in the grid of a metric with a degree.
+constexpr std::size_t kBlockScalars = std::size_t{3} * kBlockVoxels;
+
+/// Materials of a grid are filled up to a multiple of this.
+constexpr std::uint32_t kHostGroup = 4;
+
+/// Float32 numbers that are added before they enter a float64 sum.
+constexpr std::uint32_t kHostRun = 16;
+
+/// The smallest and the largest number of each chunk of one block of one material, and the larger
+/// of their sizes.
+struct ChunkRanges {
+    static constexpr std::size_t kChunks = kBlockScalars / (std::size_t{4} * kChunkTexels);
+    std::array<float, kChunks> low, high, size;
+};
+
+/// Materials against materials, each a range of consecutive ones, of which only the pairs above the
+/// diagonal are wanted where both are the same. The counts are multiples of kHostGroup. The sum of
+/// a row and a column, from float64, goes to sums[row * stride + column].
+template <typename Material>
+struct HostTile {
+    const Material* rows;
+    const Material* columns;
+    std::uint32_t row_count, column_count;
+    float* sums;
+    std::uint32_t stride;
+};
+
+/// One block of one material.
+using BlockScalars = std::array<float, kBlockScalars>;
+
+/// What difference.comp does: sums of |a - b|^degree, for the degrees 2/3, 1 and 2.
+void sum_differences(double degree, const HostTile<BlockScalars>& tile);
+
+/// What norms.comp does: the sum of |a|^degree, for the degrees 1 and 2.
+float sum_norm(double degree, const BlockScalars& scalars);
+
+/// What ranges.comp does.
+void find_ranges(const BlockScalars& scalars, ChunkRanges& ranges);
+
+/// What slopes.comp does.
+void sum_slopes(const HostTile<ChunkRanges>& tile);
+
+}  // namespace merl::reflectance

@@ -1,0 +1,70 @@
+#include "engine/reflectance/host_work.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+
+#include "engine/reflectance/host_grid.h"
+
+namespace merl::reflectance {
+
+HostWork::HostWork(const SlabPlan& plan, const Metric& metric, std::uint64_t grid_voxels)
+    : metric_(&metric),
+      tiles_(plan.tiles(metric)),
+      materials_((plan.materials + kHostGroup - 1) / kHostGroup * kHostGroup),
+      // Of the run, and of the block's sum.
+      totals_(metric, plan.materials, tiles_, grid_voxels, kHostRun + 1),
+      weights_(plan.slab_blocks),
+      grid_(std::size_t{plan.slab_blocks} * tiles_.padded_materials()),
+      ranges_(metric.has_slopes() ? grid_.size() : 0),
+      differences_(plan.sums_bytes(metric) / sizeof(float)),
+      slopes_(metric.has_slopes() ? differences_.size() : 0),
+      norms_(metric.has_norms() ? grid_.size() : 0) {}
+
+void HostWork::weigh(const Slab& slab) {
+    fold_weights(*metric_, slab, weights_);
+}
+
+void HostWork::make_grid(const Slab& slab, std::size_t material,
+                         std::span<const BlockSamples> blocks) {
+    for (std::size_t block = 0; block < blocks.size(); ++block) {
+        const std::size_t at = block * tiles_.padded_materials() + material;
+        reflectance::make_grid(*metric_, slab.voxels_of_block(block), slab.filled(block),
+                               weights_[block], blocks[block], grid_[at]);
+        if (metric_->has_slopes()) {
+            find_ranges(grid_[at], ranges_[at]);
+        }
+        if (metric_->has_norms()) {
+            norms_[at] = sum_norm(metric_->header.degree, grid_[at]);
+        }
+    }
+}
+
+void HostWork::add(const Slab& slab) {
+    const auto in_tile = [&](std::uint32_t first) {
+        return std::min(tiles_.side, materials_ - first);
+    };
+    const std::uint64_t tasks = slab.blocks() * tiles_.count();
+    tbb::parallel_for(std::uint64_t{0}, tasks, [&](std::uint64_t task) {
+        const std::uint64_t block = task / tiles_.count();
+        const auto [row, column] =
+            tiles_.place_of(static_cast<std::uint32_t>(task % tiles_.count()));
+        const std::size_t first = block * tiles_.padded_materials();
+        const std::size_t sums = task * tiles_.pairs_of_tile();
+        const auto tile_of = [&]<typename T>(const Aligned<T>& materials, std::vector<float>& to) {
+            return HostTile<T>{.rows = &materials[first + row],
+                               .columns = &materials[first + column],
+                               .row_count = in_tile(row),
+                               .column_count = in_tile(column),
+                               .sums = &to[sums],
+                               .stride = tiles_.side};
+        };
+        sum_differences(metric_->header.degree, tile_of(grid_, differences_));
+        if (metric_->has_slopes()) {
+            sum_slopes(tile_of(ranges_, slopes_));
+        }
+    });
+    totals_.add({.differences = differences_, .slopes = slopes_, .norms = norms_}, slab.blocks());
+}
+
+}  // namespace merl::reflectance
