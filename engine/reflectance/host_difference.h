@@ -13,8 +13,8 @@ namespace merl::reflectance {
 // (docs/performance.md). Every number is added in the same lane and order for any width of vectors,
 // so the result is the same on all processors that fuse multiplication and addition.
 
-/// Numbers of one block of one material in the grid of a metric with a degree.
-constexpr std::size_t kBlockScalars = std::size_t{3} * kBlockVoxels;
+/// One block of one material.
+using BlockScalars = std::array<float, kBlockScalars>;
 
 /// Materials of a grid are filled up to a multiple of this.
 constexpr std::uint32_t kHostGroup = 4;
@@ -40,9 +40,6 @@ struct HostTile {
     float* sums;
     std::uint32_t stride;
 };
-
-/// One block of one material.
-using BlockScalars = std::array<float, kBlockScalars>;
 
 /// What difference.comp does: sums of |a - b|^degree, for the degrees 2/3, 1 and 2.
 void sum_differences(double degree, const HostTile<BlockScalars>& tile);

@@ -10,15 +10,7 @@
 namespace merl::reflectance {
 namespace {
 
-/// With a degree: a channel after the other, as in channel_texel().
-MERL_SCAN_WIDEST_VECTORS void write_channel(const double* samples, const double* weights,
-                                            float* texels) {
-    for (std::size_t k = 0; k < kBlockVoxels; ++k) {
-        texels[k] = static_cast<float>(samples[k] * weights[k]);
-    }
-}
-
-/// Without: a texel is a voxel's three channels and its weight.
+/// A texel is a voxel's three channels and its weight.
 MERL_SCAN_WIDEST_VECTORS void write_voxels(const BlockSamples& samples, const double* weights,
                                            float* texels) {
     for (std::size_t k = 0; k < kBlockVoxels; ++k) {
@@ -46,18 +38,22 @@ void fold_weights(const Metric& metric, const Slab& slab, std::span<BlockWeights
 void make_grid(const Metric& metric, std::span<const Voxel, kBlockVoxels> voxels,
                std::uint64_t filled, const BlockWeights& weights, const BlockSamples& samples,
                std::span<float> texels) {
-    thread_local BlockSamples transformed;
-    metric.twin.transform(metric.parameters, voxels, samples, transformed);
-    for (auto& channel : transformed) {  // of voxels that are not there a transform may make NaN
-        std::fill(channel.begin() + static_cast<std::ptrdiff_t>(filled), channel.end(), 0.0);
-    }
-    if (!metric.has_bound()) {
-        write_voxels(transformed, weights.data(), texels.data());
+    // Of voxels that are not there a transform may make NaN.
+    const auto clear = [=](auto&& channel) {
+        std::fill(channel.begin() + static_cast<std::ptrdiff_t>(filled), channel.end(), 0);
+    };
+    if (metric.has_bound()) {
+        metric.twin.scale(metric.parameters, voxels, samples, weights,
+                          texels.first<kBlockScalars>());
+        for (std::size_t c = 0; c < samples.size(); ++c) {
+            clear(texels.subspan(c * kBlockVoxels, kBlockVoxels));
+        }
         return;
     }
-    for (std::size_t c = 0; c < transformed.size(); ++c) {
-        write_channel(transformed[c].data(), weights.data(), texels.data() + c * kBlockVoxels);
-    }
+    thread_local BlockSamples transformed;
+    metric.twin.transform(metric.parameters, voxels, samples, transformed);
+    std::ranges::for_each(transformed, clear);
+    write_voxels(transformed, weights.data(), texels.data());
 }
 
 }  // namespace merl::reflectance

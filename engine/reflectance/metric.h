@@ -26,6 +26,10 @@ constexpr std::uint32_t kChunkTexels = 4;
 using BlockSamples = std::array<std::array<double, kBlockVoxels>, 3>;
 using BlockWeights = std::array<double, kBlockVoxels>;
 
+/// Numbers of one block of one material in the grid of a metric with a degree, a channel after the
+/// other.
+constexpr std::size_t kBlockScalars = std::size_t{3} * kBlockVoxels;
+
 /// The same metric file compiled as C++ in float64: the reference that device results are held to,
 /// and what refines them. One block at a time; sums have a fixed order on every processor. All take
 /// the values of the metric's parameters.
@@ -34,6 +38,10 @@ struct MetricTwin {
     void (*transform)(std::span<const double> parameters,
                       std::span<const Voxel, kBlockVoxels> voxels, const BlockSamples& samples,
                       BlockSamples& transformed) = nullptr;
+    /// The same, each times its voxel's factor, rounded once.
+    void (*scale)(std::span<const double> parameters, std::span<const Voxel, kBlockVoxels> voxels,
+                  const BlockSamples& samples, const BlockWeights& factors,
+                  std::span<float, kBlockScalars> scaled) = nullptr;
     /// weight(v) of every voxel of a block.
     void (*weigh)(std::span<const double> parameters, std::span<const Voxel, kBlockVoxels> voxels,
                   BlockWeights& weights) = nullptr;

@@ -23,6 +23,7 @@ namespace merl::reflectance::glsl {
 namespace {
 
 using namespace glm;  // the functions of GLSL
+using single = float;
 using vec2 = glm::dvec2;
 using vec3 = glm::dvec3;
 using vec4 = glm::dvec4;

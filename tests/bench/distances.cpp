@@ -15,15 +15,17 @@ using namespace reflectance;
 /// metrics with the same distances that have a float64 twin.
 void time_distances(benchmark::State& state, const std::string& name, device::Context& context,
                     const Database& database, std::span<const Metric* const> metrics,
-                    std::span<const Metric* const> twins) {
+                    std::span<const Metric* const> twins, const DistanceOptions& options = {}) {
     const double error = check_once(name, [&] {
-        const auto result = compute_distances(context, database, metrics);
+        const auto result = compute_distances(context, database, metrics, options);
         return check_distances(database, twins, result.distances);
     });
     DistanceSeconds sum;
     double work = 0;  // pairs times voxels
+    std::uint64_t bytes = 0;
     for ([[maybe_unused]] auto _ : state) {
-        const auto result = compute_distances(context, database, metrics);
+        const auto result = compute_distances(context, database, metrics, options);
+        bytes = context.peak_allocated_bytes() + result.plan.host_bytes;
         sum.kernels += result.seconds.kernels;
         sum.reading += result.seconds.reading;
         sum.transform += result.seconds.transform;
@@ -45,7 +47,7 @@ void time_distances(benchmark::State& state, const std::string& name, device::Co
     // A pair and voxel, all metrics together; should not depend on the number of materials.
     state.counters["difference_ps"] = 1e12 * sum.difference / work;
     state.counters["error"] = error;
-    state.counters["device_MiB"] = static_cast<double>(context.peak_allocated_bytes()) / 0x1p20;
+    state.counters["slabs_MiB"] = static_cast<double>(bytes) / 0x1p20;
 }
 
 /// The grid of MERL with fewer steps along each angle.
@@ -55,15 +57,18 @@ Grid coarse_grid(std::uint32_t divisor) {
     return {merl.theta_h / divisor, merl.theta_d / divisor, merl.phi_d / divisor};
 }
 
-/// Computes within a budget that nothing but small slabs keeps.
+/// Computes within a budget that nothing but small slabs keeps, on the host and in shaders.
 void check_memory(const Database& database) {
     constexpr std::uint64_t kBudget = 48ULL << 20U;
-    device::Context context({.device = settings().device});
-    const auto result =
-        compute_distances(context, database, two_metrics(), {.memory_bytes = kBudget});
-    require(context.peak_allocated_bytes() <= kBudget,
-            fmt::format("{}: {} bytes on the device, allowed {}", database.name(),
-                        context.peak_allocated_bytes(), kBudget));
+    for (const bool shaders_only : {false, true}) {
+        device::Context context({.device = settings().device});
+        const auto result =
+            compute_distances(context, database, two_metrics(),
+                              {.memory_bytes = kBudget, .shaders_only = shaders_only});
+        const auto bytes = context.peak_allocated_bytes() + result.plan.host_bytes;
+        require(bytes <= kBudget,
+                fmt::format("{}: slabs of {} bytes, allowed {}", database.name(), bytes, kBudget));
+    }
 }
 
 void time_scale(benchmark::State& state, const std::string& name, std::size_t materials) {
@@ -74,20 +79,20 @@ void time_scale(benchmark::State& state, const std::string& name, std::size_t ma
     // More voxels for few materials: the work of the pairs should be more than what surrounds it.
     const std::uint32_t divisor = materials <= 100 ? 2 : 3;
     const BlendedDatabase database(*make_abc_database(coarse_grid(divisor)), materials);
-    device::Context context({.device = settings().device});
-    time_distances(state, name, context, database, two_metrics(), two_metrics());
-    require(context.peak_allocated_bytes() <= DistanceOptions().memory_bytes,
-            fmt::format("{} materials: {} bytes on the device", materials,
-                        context.peak_allocated_bytes()));
+    device::Context own({.device = settings().device});  // whose memory nothing else has used
+    time_distances(state, name, own, database, two_metrics(), two_metrics());
+    const double budget = static_cast<double>(DistanceOptions().memory_bytes) / 0x1p20;
+    require(state.counters["slabs_MiB"] <= budget,
+            fmt::format("{} materials: slabs of more than {} MiB", materials, budget));
 }
 
-/// Another way to the same distances: what the framework makes of a metric that has no C++ twin,
-/// and of one that does not declare its degree either.
-enum class Variant { library, of_a_user, without_degree };
+/// Another way to the same distances: through the shaders on every device, and what the framework
+/// makes of a metric that has no C++ twin, and of one that does not declare its degree either.
+enum class Variant { library, shaders, of_a_user, without_degree };
 
 Metric variant_of(const Metric& metric, Variant variant) {
     Metric result = metric;
-    if (variant != Variant::library) {
+    if (variant == Variant::of_a_user || variant == Variant::without_degree) {
         result.twin = {};
     }
     if (variant == Variant::without_degree) {
@@ -107,8 +112,9 @@ Metric variant_of(const Metric& metric, Variant variant) {
 }
 
 void add_variants() {
-    constexpr std::array<std::pair<Variant, const char*>, 3> variants = {
+    constexpr std::array<std::pair<Variant, const char*>, 4> variants = {
         {{Variant::library, "library"},
+         {Variant::shaders, "shaders"},
          {Variant::of_a_user, "of-a-user"},
          {Variant::without_degree, "without-degree"}}};
     for (const auto* metric : two_metrics()) {
@@ -118,15 +124,17 @@ void add_variants() {
                 const Metric chosen = variant_of(*metric, kind);
                 const Metric* const pointer = &chosen;
                 time_distances(state, name, context(), *make_abc_database(coarse_grid(3)),
-                               {&pointer, 1}, {&metric, 1});
+                               {&pointer, 1}, {&metric, 1},
+                               {.shaders_only = kind != Variant::library});
             }).Iterations(1);
         }
     }
 }
 
-void add_stage(const std::string& name, std::vector<const Metric*> metrics) {
-    add(name, [name, metrics = std::move(metrics)](benchmark::State& state) {
-        time_distances(state, name, context(), database(), metrics, metrics);
+void add_stage(const std::string& name, std::vector<const Metric*> metrics,
+               const DistanceOptions& options = {}) {
+    add(name, [=](benchmark::State& state) {
+        time_distances(state, name, context(), database(), metrics, metrics, options);
     }).Iterations(1);
 }
 
@@ -134,6 +142,7 @@ void add_stage(const std::string& name, std::vector<const Metric*> metrics) {
 
 void add_distances() {
     add_stage("distances/both", {two_metrics()[0], two_metrics()[1]});
+    add_stage("distances/shaders", {two_metrics()[0], two_metrics()[1]}, {.shaders_only = true});
     add_variants();
     if (settings().check) {
         return;  // the tests of the engine hold every metric to float64

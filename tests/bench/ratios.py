@@ -73,9 +73,10 @@ def print_peers(bench):
     print("Distances, whole database (other programs scaled from their share of it)")
     for name in (*metrics, "both"):
         stage = bench[f"distances/{name}"]
-        line(f"{name}: difference, on the device", f"{stage['difference_s']:.2f} s")
+        line(f"{name}: difference", f"{stage['difference_s']:.2f} s")
         line(f"{name}: transform, on the device", f"{stage['transform_s']:.2f} s")
-    print(f"{'seconds and times the device: its difference':<64}{'alone':>16}  with the transform")
+    line("both, in shaders only: difference", f"{bench['distances/shaders']['difference_s']:.2f} s")
+    print(f"{'seconds and times ours: the difference':<64}{'alone':>16}  with the device's transform")
     programs = dict.fromkeys(name.split("/")[1] for name in bench if name.startswith("peer/"))
     for names in (("cwcbrt",), ("pawcielab",), metrics):
         difference = sum(stages[name]["difference_s"] for name in names)
@@ -104,10 +105,10 @@ def print_scan(bench):
     line("1,000 materials, count and selection", f"{many:.2f} s", "< 2 s")
     line("disagreements.csv", f"{bench['csv']['bytes_per_second'] / 1e6:.0f} MB/s", ">= 400 MB/s")
 
-    print("\nGrowth: difference on the device, both metrics, a pair and voxel")
+    print("\nGrowth: difference of both metrics, a pair and voxel")
     growth = {name: row for name, row in bench.items() if name.startswith("scale/")}
     for name, row in growth.items():
-        line(f"{name[6:]} materials", f"{row['difference_ps']:.0f} ps", f"device memory {row['device_MiB']:.0f} MiB")
+        line(f"{name[6:]} materials", f"{row['difference_ps']:.0f} ps", f"slabs of {row['slabs_MiB']:.0f} MiB")
     times = [row["difference_ps"] for row in growth.values()]
     line("slowest over fastest", f"{max(times) / min(times):.2f} times", "1")
 
