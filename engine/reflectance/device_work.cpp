@@ -25,10 +25,10 @@ constexpr auto kStorage = Binding::storage;
 constexpr std::uint32_t kLanes =
     64;  // of a workgroup that is not one subgroup: on lavapipe 256 can be twice as slow
 
-/// Roundings that a number goes through in difference.comp: in its texel, in its run of eight
-/// texels, which begins with the carry, in adding the run where the total is the smaller of the
-/// two, and of the block's sum.
-constexpr double kAdditions = 2 + 8 + 1 + 1;
+/// Of difference.comp. The power: shaders/lib/numerics.glsl, tests/engine/device_test.cpp. A number
+/// is added in its texel, in its run of eight texels, which begins with the carry, with the run
+/// where the total is the smaller of the two, and in the block's sum.
+constexpr Roundings kRoundings = {.power = 4e-7, .additions = 2 + 8 + 1 + 1};
 
 /// Push constants of the kernels in shaders/framework/.
 struct WeighPush {
@@ -118,7 +118,7 @@ DeviceWork::DeviceWork(Context& context, const SlabPlan& plan, const Metric& met
     : metric_(&metric),
       plan_(plan),
       tiles_(plan.tiles(metric)),
-      totals_(metric, plan.materials, tiles_, grid_voxels, kAdditions) {
+      totals_(metric, plan.materials, tiles_, grid_voxels, kRoundings) {
     // Drivers take longer than anything else here, and use one thread for a kernel.
     tbb::parallel_invoke(
         [&] {

@@ -15,10 +15,6 @@ constexpr double kSlack = 1.01;
 /// The smallest normal float32: a device may flush what is below to zero.
 constexpr double kSmallest = 0x1p-126;
 
-/// Relative error of two_thirds_power (shaders/lib/numerics.glsl, host_difference.cpp; measured in
-/// tests/engine/).
-constexpr double kTwoThirdsPowerError = 4e-7;
-
 /// Of a chunk of slopes.comp: how many scalars share the steepest slope and the largest sample, and
 /// what the slope is off by, 1.26 for the slope and 0.966 for the seed that stands for it.
 constexpr double kChunkScalars = 4.0 * kChunkTexels;
@@ -26,11 +22,10 @@ constexpr double kSteepest = 1.26 / 0.966;
 
 }  // namespace
 
-ErrorBound::ErrorBound(const Metric& metric, std::uint64_t grid_voxels, double additions)
+ErrorBound::ErrorBound(const Metric& metric, std::uint64_t grid_voxels, const Roundings& roundings)
     : degree_(metric.header.degree), voxels_(static_cast<double>(grid_voxels)) {
-    const double evaluation =
-        (degree_ < 1 ? kTwoThirdsPowerError : kRoundoff) + degree_ * kRoundoff;
-    relative_ = kSlack * (additions * kRoundoff + evaluation);
+    const double evaluation = (degree_ < 1 ? roundings.power : kRoundoff) + degree_ * kRoundoff;
+    relative_ = kSlack * (roundings.additions * kRoundoff + evaluation);
     underflow_ = 3 * voxels_ * (degree_ < 1 ? std::pow(kSmallest, degree_) : kSmallest) * 2;
 }
 

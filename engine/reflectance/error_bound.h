@@ -6,13 +6,18 @@
 
 namespace merl::reflectance {
 
+/// What differences are rounded by where they are computed.
+struct Roundings {
+    double power;      // relative error of |d|^(2/3)
+    double additions;  // most roundings that one number goes through when it is added
+};
+
 /// How far a distance computed in float32 can be from the exact one. docs/numerics.md derives
 /// every term; tests/engine/error_bound_test.cpp holds them to float64.
 class ErrorBound {
   public:
-    /// For a database of `grid_voxels` voxels, where adding rounds no number more than `additions`
-    /// times.
-    ErrorBound(const Metric& metric, std::uint64_t grid_voxels, double additions);
+    /// For a database of `grid_voxels` voxels.
+    ErrorBound(const Metric& metric, std::uint64_t grid_voxels, const Roundings& roundings);
 
     /// What is summed beside a distance, over all voxels; 0 where the metric has no such sum.
     struct Sums {

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "engine/reflectance/error_bound.h"
 #include "engine/reflectance/metric.h"
 
 namespace merl::reflectance {
@@ -21,6 +22,10 @@ constexpr std::uint32_t kHostGroup = 4;
 
 /// Float32 numbers that are added before they enter a float64 sum.
 constexpr std::uint32_t kHostRun = 16;
+
+/// The power: tests/engine/host_difference_test.cpp. A number is added in its run and in the
+/// block's sum.
+constexpr Roundings kHostRoundings = {.power = 2.7e-7, .additions = kHostRun + 1};
 
 /// The smallest and the largest number of each chunk of one block of one material, and the larger
 /// of their sizes.

@@ -12,8 +12,7 @@ HostWork::HostWork(const SlabPlan& plan, const Metric& metric, std::uint64_t gri
     : metric_(&metric),
       tiles_(plan.tiles(metric)),
       materials_((plan.materials + kHostGroup - 1) / kHostGroup * kHostGroup),
-      // Of the run, and of the block's sum.
-      totals_(metric, plan.materials, tiles_, grid_voxels, kHostRun + 1),
+      totals_(metric, plan.materials, tiles_, grid_voxels, kHostRoundings),
       weights_(plan.slab_blocks),
       grid_(std::size_t{plan.slab_blocks} * tiles_.padded_materials()),
       ranges_(metric.has_slopes() ? grid_.size() : 0),
@@ -47,15 +46,14 @@ void HostWork::add(const Slab& slab) {
     const std::uint64_t tasks = slab.blocks() * tiles_.count();
     tbb::parallel_for(std::uint64_t{0}, tasks, [&](std::uint64_t task) {
         const std::uint64_t block = task / tiles_.count();
-        const auto [row, column] =
-            tiles_.place_of(static_cast<std::uint32_t>(task % tiles_.count()));
+        const auto tile = tiles_.place_of(static_cast<std::uint32_t>(task % tiles_.count()));
         const std::size_t first = block * tiles_.padded_materials();
         const std::size_t sums = task * tiles_.pairs_of_tile();
         const auto tile_of = [&]<typename T>(const Aligned<T>& materials, std::vector<float>& to) {
-            return HostTile<T>{.rows = &materials[first + row],
-                               .columns = &materials[first + column],
-                               .row_count = in_tile(row),
-                               .column_count = in_tile(column),
+            return HostTile<T>{.rows = &materials[first + tile.row],
+                               .columns = &materials[first + tile.column],
+                               .row_count = in_tile(tile.row),
+                               .column_count = in_tile(tile.column),
                                .sums = &to[sums],
                                .stride = tiles_.side};
         };

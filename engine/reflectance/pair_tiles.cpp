@@ -29,7 +29,7 @@ PairTiles PairTiles::best(std::uint32_t materials, const Metric& metric) {
     return best;
 }
 
-std::pair<std::uint32_t, std::uint32_t> PairTiles::place_of(std::uint32_t tile) const {
+PairTiles::Place PairTiles::place_of(std::uint32_t tile) const {
     if (tile >= above_diagonal()) {
         const std::uint32_t on_diagonal = (tile - above_diagonal()) * side;
         return {on_diagonal, on_diagonal};

@@ -2,7 +2,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <utility>
 
 #include "engine/reflectance/metric.h"
 
@@ -28,8 +27,11 @@ struct PairTiles {
 
     std::uint32_t above_diagonal() const { return across * (across - 1) / 2; }
     std::uint32_t count() const { return above_diagonal() + across; }
-    /// The first row and the first column of a tile, as materials.
-    std::pair<std::uint32_t, std::uint32_t> place_of(std::uint32_t tile) const;
+    /// The first material of a tile's rows and of its columns.
+    struct Place {
+        std::uint32_t row, column;
+    };
+    Place place_of(std::uint32_t tile) const;
 
     std::size_t pairs_of_tile() const { return std::size_t{side} * side; }
 

@@ -28,12 +28,12 @@ void add_blocks(std::span<const float> parts, std::size_t blocks, std::vector<do
 }  // namespace
 
 PairTotals::PairTotals(const Metric& metric, std::uint32_t materials, const PairTiles& tiles,
-                       std::uint64_t grid_voxels, double additions)
+                       std::uint64_t grid_voxels, const Roundings& roundings)
     : metric_(&metric),
       materials_(materials),
       tiles_(tiles),
       grid_voxels_(grid_voxels),
-      bound_(metric, grid_voxels, additions),
+      bound_(metric, grid_voxels, roundings),
       differences_(tiles.count() * tiles.pairs_of_tile()),
       slopes_(metric.has_slopes() ? differences_.size() : 0),
       norms_(metric.has_norms() ? tiles.padded_materials() : 0) {}

@@ -29,10 +29,10 @@ struct PartialSums {
 /// The float64 totals of one metric over all blocks so far, and the distances that they make.
 class PairTotals {
   public:
-    /// For a database of `grid_voxels` voxels and so many materials; tiles may have more. No number
-    /// went through more than `additions` roundings in its partial sum.
+    /// For a database of `grid_voxels` voxels and so many materials; tiles may have more.
+    /// `roundings` are those of the partial sums.
     PairTotals(const Metric& metric, std::uint32_t materials, const PairTiles& tiles,
-               std::uint64_t grid_voxels, double additions);
+               std::uint64_t grid_voxels, const Roundings& roundings);
 
     /// The next blocks: each pair's sums are added in the order of the voxels.
     void add(const PartialSums& sums, std::size_t blocks);

@@ -21,7 +21,7 @@ constexpr std::uint32_t kHostTile = 20;
 
 /// A device that is the processor itself reads what it has just written from its caches, when slabs
 /// are not much larger than those; much smaller ones would only cost submissions.
-constexpr std::uint64_t kCachedBytes = 64ULL << 20U;
+constexpr std::uint64_t kCachedBytes = 32ULL << 20U;
 
 template <typename T>
 T divide_up(T a, std::type_identity_t<T> b) {

@@ -144,7 +144,8 @@ double largest_power_error(std::uint32_t step) {
 }
 
 TEST(HostDifference, ThePowerIsAsExactAsTheBoundSays) {
-    with_every_target([](std::int64_t) { EXPECT_LT(largest_power_error(997), 4e-7); });
+    with_every_target(
+        [](std::int64_t) { EXPECT_LT(largest_power_error(997), kHostRoundings.power); });
 }
 
 TEST(HostDifference, OfEqualAndOfTinyNumbersIsWhatItShouldBe) {
