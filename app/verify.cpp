@@ -183,14 +183,15 @@ void check_distances(device::Context& context, Report& report, bool quiet) {
 }
 
 /// The library, of which most has no independent table: some pairs of the built-in database on a
-/// coarse grid, against the float64 twins.
+/// coarse grid, against the float64 twins. In shaders, also where `scan` has no need of them.
 void check_library(device::Context& context, Report& report) {
     const auto database =
         reflectance::make_abc_database({.theta_h = 18, .theta_d = 18, .phi_d = 36});
     const auto all = reflectance::metrics();
     std::vector<const Metric*> metrics(all.size());
     std::transform(all.begin(), all.end(), metrics.begin(), [](const Metric& m) { return &m; });
-    const auto result = reflectance::compute_distances(context, *database, metrics);
+    const auto result =
+        reflectance::compute_distances(context, *database, metrics, {.shaders_only = true});
     const auto count = static_cast<std::uint32_t>(database->materials().size());
     std::vector<reflectance::MaterialPair> pairs;
     for (std::uint32_t i = 0; i + 1 < count; ++i) {

@@ -104,11 +104,13 @@ float sum_of(const Totals& totals) {
                               ((totals[4] + totals[5]) + (totals[6] + totals[7])));
 }
 
-/// One run of kRows materials against kHostGroup others.
-template <std::size_t kRows, typename Power>
+/// One run of kRows materials against kHostGroup others. On the diagonal they are the same ones,
+/// and only the pairs above it count.
+template <std::size_t kRows, bool kDiagonal, typename Power>
 HWY_INLINE void add_run(Power power, const BlockScalars* rows, const BlockScalars* columns,
                         std::size_t first, Totals (&totals)[kRows][kHostGroup]) {
     constexpr Floats d;
+    constexpr auto first_column = [](std::size_t row) { return kDiagonal ? row + 1 : 0; };
     for (std::size_t lane = 0; lane < kLanes; lane += kWidth) {
         Vector sums[kRows][kHostGroup];
         for (auto& of_row : sums) {
@@ -122,16 +124,32 @@ HWY_INLINE void add_run(Power power, const BlockScalars* rows, const BlockScalar
                 column[c] = hn::LoadU(d, columns[c].data() + at);
             }
             for (std::size_t r = 0; r < kRows; ++r) {
-                const auto row = hn::LoadU(d, rows[r].data() + at);
-                for (std::size_t c = 0; c < kHostGroup; ++c) {
+                const auto row = kDiagonal ? column[r] : hn::LoadU(d, rows[r].data() + at);
+                for (std::size_t c = first_column(r); c < kHostGroup; ++c) {
                     sums[r][c] = power(sums[r][c], hn::Sub(row, column[c]));
                 }
             }
         }
         for (std::size_t r = 0; r < kRows; ++r) {
-            for (std::size_t c = 0; c < kHostGroup; ++c) {
+            for (std::size_t c = first_column(r); c < kHostGroup; ++c) {
                 add_lanes(sums[r][c], lane, totals[r][c]);
             }
+        }
+    }
+}
+
+/// One block of them.
+template <std::size_t kRows, bool kDiagonal, typename Power>
+void sum_group(Power power, const BlockScalars* rows, const BlockScalars* columns, float* sums,
+               std::uint32_t stride) {
+    static_assert(kHostGroup % kRows == 0 && kBlockScalars % kStep == 0);
+    Totals totals[kRows][kHostGroup] = {};
+    for (std::size_t first = 0; first < kBlockScalars; first += kStep) {
+        add_run<kRows, kDiagonal>(power, rows, columns, first, totals);
+    }
+    for (std::size_t r = 0; r < kRows; ++r) {
+        for (std::size_t c = 0; c < kHostGroup; ++c) {
+            sums[r * stride + c] = sum_of(totals[r][c]);
         }
     }
 }
@@ -140,19 +158,16 @@ template <typename Power>
 void sum_differences_of(Power power, const HostTile<BlockScalars>& tile) {
     // As many pairs side by side as there are registers for.
     constexpr std::size_t kRows = kWidth == kLanes ? 4 : 2;
-    static_assert(kHostGroup % kRows == 0 && kBlockScalars % kStep == 0);
+    const bool diagonal = tile.rows == tile.columns;
     for (std::uint32_t c = 0; c < tile.column_count; c += kHostGroup) {
-        const std::uint32_t end = tile.rows == tile.columns ? c + kHostGroup : tile.row_count;
-        for (std::uint32_t r = 0; r < end; r += kRows) {
-            Totals totals[kRows][kHostGroup] = {};
-            for (std::size_t first = 0; first < kBlockScalars; first += kStep) {
-                add_run<kRows>(power, tile.rows + r, tile.columns + c, first, totals);
-            }
-            for (std::size_t i = 0; i < kRows; ++i) {
-                for (std::size_t j = 0; j < kHostGroup; ++j) {
-                    tile.sums[(r + i) * tile.stride + c + j] = sum_of(totals[i][j]);
-                }
-            }
+        const auto* const columns = tile.columns + c;
+        for (std::uint32_t r = 0; r < (diagonal ? c : tile.row_count); r += kRows) {
+            sum_group<kRows, false>(power, tile.rows + r, columns, tile.sums + r * tile.stride + c,
+                                    tile.stride);
+        }
+        if (diagonal) {
+            sum_group<kHostGroup, true>(power, columns, columns, tile.sums + c * tile.stride + c,
+                                        tile.stride);
         }
     }
 }
