@@ -91,7 +91,7 @@ ordered_json device_json(const device::Context& context,
               {"driver", context.info().driver},
               {"vulkan", context.info().vulkan},
               {"on_host", names_on_host(computed.plan, metrics)},
-              {"peak_bytes", context.peak_allocated_bytes() + computed.plan.host_bytes},
+              {"peak_bytes", context.peak_allocated_bytes() + computed.host_bytes},
               {"slabs", computed.plan.slabs}}},
             {"distance_seconds",
              {{"kernels", s.kernels},
@@ -220,7 +220,8 @@ CLI::Option* add_distance_options(CLI::App& command, DistanceOptions& options,
         command.add_option("--device", options.device,
                            "A Vulkan device by number or part of its name (default: the best)");
     auto* memory =
-        command.add_option("--memory", options.memory, "Bound on device memory, like 512M or 2G")
+        command
+            .add_option("--memory", options.memory, "Bound on the memory of slabs, like 512M or 2G")
             ->transform(byte_count())
             ->default_str("1G");
     command.add_option("--threads", options.threads, "Processor threads (default: all)")

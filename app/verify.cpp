@@ -142,7 +142,13 @@ void check_framework(device::Context& context, Report& report) {
     }
 }
 
-void check_distances(device::Context& context, Report& report, bool quiet) {
+/// The two ways of compute_distances(), where the device is the processor; elsewhere they are one.
+struct Way {
+    const char* text;
+    bool shaders_only;
+};
+
+void check_distances(device::Context& context, const Way& way, Report& report, bool quiet) {
     const auto database = reflectance::make_abc_database();
     const std::array metrics = {&reflectance::find_metric("cwcbrt"),
                                 &reflectance::find_metric("pawcielab")};
@@ -151,7 +157,8 @@ void check_distances(device::Context& context, Report& report, bool quiet) {
         Progress progress("built-in database", quiet);
         result = reflectance::compute_distances(
             context, *database, metrics,
-            {.progress = [&](double share) { progress.update(share); }});
+            {.shaders_only = way.shaders_only,
+             .progress = [&](double share) { progress.update(share); }});
     }
     const auto of = [&](std::string_view name) -> const reflectance::MetricDistances& {
         for (std::size_t m = 0; m < metrics.size(); ++m) {
@@ -162,9 +169,9 @@ void check_distances(device::Context& context, Report& report, bool quiet) {
         throw std::logic_error(fmt::format("no metric {}", name));
     };
     const Golden golden = parse_golden();
-    report.values("cwcbrt, all pairs, independent float64", of("cwcbrt").values, golden.cwcbrt,
-                  kDistanceTolerance);
-    report.values("pawcielab, all pairs, independent float64", of("pawcielab").values,
+    report.values(fmt::format("cwcbrt, independent float64{}", way.text), of("cwcbrt").values,
+                  golden.cwcbrt, kDistanceTolerance);
+    report.values(fmt::format("pawcielab, independent float64{}", way.text), of("pawcielab").values,
                   golden.pawcielab, kDistanceTolerance);
 
     scan::Distances distances = {.names = database->materials(),
@@ -178,32 +185,35 @@ void check_distances(device::Context& context, Report& report, bool quiet) {
            {&reflectance::find_metric("cwcbrt"), &reflectance::find_metric("pawcielab")}, 0, 0, {});
     const auto counts = scan::count_disagreements(distances).counts.disagreements();
     const auto difference = std::max(counts, kDisagreements) - std::min(counts, kDisagreements);
-    report.row("disagreements of cwcbrt and pawcielab", fmt::format("{}", kDisagreements),
+    report.row(fmt::format("disagreements{}", way.text), fmt::format("{}", kDisagreements),
                fmt::format("{}", counts), static_cast<double>(difference), 0);
 }
 
 /// The library, of which most has no independent table: some pairs of the built-in database on a
-/// coarse grid, against the float64 twins. In shaders, also where `scan` has no need of them.
-void check_library(device::Context& context, Report& report) {
+/// coarse grid, against the float64 twins.
+void check_library(device::Context& context, const Way& way, Report& report) {
     const auto database =
         reflectance::make_abc_database({.theta_h = 18, .theta_d = 18, .phi_d = 36});
     const auto all = reflectance::metrics();
     std::vector<const Metric*> metrics(all.size());
     std::transform(all.begin(), all.end(), metrics.begin(), [](const Metric& m) { return &m; });
-    const auto result =
-        reflectance::compute_distances(context, *database, metrics, {.shaders_only = true});
+    const auto result = reflectance::compute_distances(context, *database, metrics,
+                                                       {.shaders_only = way.shaders_only});
     const auto count = static_cast<std::uint32_t>(database->materials().size());
     std::vector<reflectance::MaterialPair> pairs;
     for (std::uint32_t i = 0; i + 1 < count; ++i) {
         pairs.emplace_back(i, i + 1);
     }
     for (std::size_t m = 0; m < metrics.size(); ++m) {
+        if (!way.shaders_only && !result.plan.on_host(*metrics[m])) {
+            continue;
+        }
         const auto expected = reflectance::reference_distances(*database, *metrics[m], pairs);
         std::vector<double> actual(pairs.size());
         std::transform(pairs.begin(), pairs.end(), actual.begin(), [&](const auto& pair) {
             return result.distances[m].values[scan::pair_index({pair.first, pair.second}, count)];
         });
-        report.values(fmt::format("{}, float64 on the CPU", metrics[m]->name), actual, expected,
+        report.values(fmt::format("{}, its twin{}", metrics[m]->name, way.text), actual, expected,
                       metrics[m]->has_bound() ? kDistanceTolerance : kUnboundedTolerance);
     }
 }
@@ -213,8 +223,14 @@ int run(const Options& options) {
     fmt::print("{} ({}), {}\n\n", context.info().name, context.info().kind, context.info().driver);
     Report report;
     check_framework(context, report);
-    check_distances(context, report, options.quiet);
-    check_library(context, report);
+    const std::vector<Way> ways =
+        context.limits().is_host
+            ? std::vector<Way>{{", on the host", false}, {", in shaders", true}}
+            : std::vector<Way>{{"", true}};
+    for (const auto& way : ways) {
+        check_distances(context, way, report, options.quiet);
+        check_library(context, way, report);
+    }
     fmt::print("\n{}\n", report.failures() == 0
                              ? "PASS: this device computes what it should"
                              : fmt::format("FAIL: {} checks; do not trust results of this device",

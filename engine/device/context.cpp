@@ -68,7 +68,7 @@ DeviceInfo describe(const vk::raii::PhysicalDevice& physical, std::uint32_t inde
     const auto basic = physical.getProperties();
     info.name = basic.deviceName.data();
     info.kind = kind_text(basic.deviceType);
-    info.limits.host_caches = basic.deviceType == vk::PhysicalDeviceType::eCpu;
+    info.limits.is_host = basic.deviceType == vk::PhysicalDeviceType::eCpu;
     info.vulkan = version_text(basic.apiVersion);
     if (basic.apiVersion < kVulkanVersion) {
         info.refusal = fmt::format("it offers Vulkan {}, and 1.2 is needed", info.vulkan);

@@ -17,7 +17,7 @@ struct Limits {
     std::uint32_t groups_x = 0;              // workgroups per dimension of one dispatch
     std::uint32_t groups_y = 0;
     std::uint32_t subgroup_size = 0;  // lanes of one subgroup
-    bool host_caches = false;         // the device is the processor: host and device share caches
+    bool is_host = false;             // the device is the processor
 };
 
 /// One Vulkan device of this machine.

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <numeric>
 #include <optional>
 
 #include "engine/device/submission.h"
@@ -107,11 +108,21 @@ class Computation {
 
     /// What the host computes itself of a slab that is read.
     void compute(const Slab& slab, DistanceSeconds& seconds) {
-        const Clock clock;
         for (auto& work : host_works_) {
+            const Clock summing;
+            work.sum(slab);
+            seconds.difference += summing.seconds();
+            const Clock adding;
             work.add(slab);
+            seconds.adding += adding.seconds();
         }
-        seconds.difference += clock.seconds();
+    }
+
+    /// Bytes held for that.
+    std::uint64_t host_bytes() const {
+        return std::accumulate(
+            host_works_.begin(), host_works_.end(), std::uint64_t{0},
+            [](std::uint64_t sum, const HostWork& work) { return sum + work.bytes(); });
     }
 
     void submit(Slot& slot, const Slab& slab) {
@@ -200,6 +211,7 @@ DistanceResult compute_distances(device::Context& context, const Database& datab
             throw Error(Fault::input, explain(finding, metric, database, run.file_index));
         });
     seconds.kernels = kernels.seconds();
+    result.host_bytes = computation.host_bytes();
     SlabReader reader(database, voxels);
     for (std::uint64_t i = 0; i < result.plan.slabs; ++i) {
         const std::uint64_t first = i * result.plan.slab_voxels();

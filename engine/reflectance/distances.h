@@ -24,7 +24,7 @@ struct DistanceOptions {
     std::function<void(double)> progress = {};
 };
 
-/// Seconds spent in the parts of compute_distances(); reading and computing overlap.
+/// Seconds spent in the parts of compute_distances(); reading and a device's work overlap.
 struct DistanceSeconds {
     double kernels = 0;     // compiling the kernels and making the buffers
     double reading = 0;     // host: reading, converting, hashing, grids of metrics with a twin
@@ -39,8 +39,9 @@ struct DistanceResult {
     std::vector<MetricDistances> distances;  // per metric
     std::vector<MaterialCounts> counts;      // per material
     std::string content_hash;
-    std::uint64_t voxels = 0;  // visited
-    SlabPlan plan;             // says which metrics were on_host()
+    std::uint64_t voxels = 0;      // visited
+    SlabPlan plan;                 // says which metrics were on_host()
+    std::uint64_t host_bytes = 0;  // held for those
     DistanceSeconds seconds;
 };
 

@@ -15,7 +15,7 @@ constexpr double kSlack = 1.01;
 /// The smallest normal float32: a device may flush what is below to zero.
 constexpr double kSmallest = 0x1p-126;
 
-/// Of a chunk of slopes.comp: how many scalars share the steepest slope and the largest sample, and
+/// Of a chunk of the slopes: how many scalars share the steepest slope and the largest sample, and
 /// what the slope is off by, 1.26 for the slope and 0.966 for the seed that stands for it.
 constexpr double kChunkScalars = 4.0 * kChunkTexels;
 constexpr double kSteepest = 1.26 / 0.966;

@@ -21,9 +21,9 @@ class ErrorBound {
 
     /// What is summed beside a distance, over all voxels; 0 where the metric has no such sum.
     struct Sums {
-        double norm_a = 0;  // of h from zero, of each material (norms.comp)
+        double norm_a = 0;  // of h from zero, of each material
         double norm_b = 0;
-        double slopes = 0;  // slopes.comp
+        double slopes = 0;  // of chunks (docs/numerics.md)
     };
 
     /// Of a distance whose sum of h is `sum`. Infinite for a metric without a degree.

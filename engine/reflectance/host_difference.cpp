@@ -104,82 +104,91 @@ float sum_of(const Totals& totals) {
                               ((totals[4] + totals[5]) + (totals[6] + totals[7])));
 }
 
-/// One run of kRows materials against kHostGroup others. On the diagonal they are the same ones,
-/// and only the pairs above it count.
-template <std::size_t kRows, bool kDiagonal, typename Power>
+/// One run of kRows materials against kColumns others. On the diagonal they are the same ones, and
+/// only the pairs above it count.
+template <std::size_t kRows, std::size_t kColumns, bool kDiagonal, typename Power>
 HWY_INLINE void add_run(Power power, const BlockScalars* rows, const BlockScalars* columns,
-                        std::size_t first, Totals (&totals)[kRows][kHostGroup]) {
+                        std::size_t first, Totals (&totals)[kRows][kColumns]) {
     constexpr Floats d;
     constexpr auto first_column = [](std::size_t row) { return kDiagonal ? row + 1 : 0; };
     for (std::size_t lane = 0; lane < kLanes; lane += kWidth) {
-        Vector sums[kRows][kHostGroup];
+        Vector sums[kRows][kColumns];
         for (auto& of_row : sums) {
             for (auto& sum : of_row) {
                 sum = hn::Zero(d);
             }
         }
         for (std::size_t at = first + lane; at < first + kStep; at += kLanes) {
-            Vector column[kHostGroup];
-            for (std::size_t c = 0; c < kHostGroup; ++c) {
+            Vector column[kColumns];
+            for (std::size_t c = 0; c < kColumns; ++c) {
                 column[c] = hn::LoadU(d, columns[c].data() + at);
             }
             for (std::size_t r = 0; r < kRows; ++r) {
                 const auto row = kDiagonal ? column[r] : hn::LoadU(d, rows[r].data() + at);
-                for (std::size_t c = first_column(r); c < kHostGroup; ++c) {
+                for (std::size_t c = first_column(r); c < kColumns; ++c) {
                     sums[r][c] = power(sums[r][c], hn::Sub(row, column[c]));
                 }
             }
         }
         for (std::size_t r = 0; r < kRows; ++r) {
-            for (std::size_t c = first_column(r); c < kHostGroup; ++c) {
+            for (std::size_t c = first_column(r); c < kColumns; ++c) {
                 add_lanes(sums[r][c], lane, totals[r][c]);
             }
         }
     }
 }
 
-/// One block of them.
-template <std::size_t kRows, bool kDiagonal, typename Power>
-void sum_group(Power power, const BlockScalars* rows, const BlockScalars* columns, float* sums,
-               std::size_t stride) {
-    static_assert(kHostGroup % kRows == 0 && kBlockScalars % kStep == 0);
-    Totals totals[kRows][kHostGroup] = {};
+/// One block of the kRows materials from `row` on against the kColumns from `column` on.
+template <std::size_t kRows, std::size_t kColumns, bool kDiagonal = false, typename Power>
+void sum_group(Power power, const HostTile<BlockScalars>& tile, std::size_t row,
+               std::size_t column) {
+    static_assert(kBlockScalars % kStep == 0);
+    Totals totals[kRows][kColumns] = {};
     for (std::size_t first = 0; first < kBlockScalars; first += kStep) {
-        add_run<kRows, kDiagonal>(power, rows, columns, first, totals);
+        add_run<kRows, kColumns, kDiagonal>(power, tile.rows + row, tile.columns + column, first,
+                                            totals);
     }
     for (std::size_t r = 0; r < kRows; ++r) {
-        for (std::size_t c = 0; c < kHostGroup; ++c) {
-            sums[r * stride + c] = sum_of(totals[r][c]);
+        for (std::size_t c = 0; c < kColumns; ++c) {
+            tile.sums[(row + r) * tile.stride + column + c] = sum_of(totals[r][c]);
         }
     }
 }
 
+/// As many pairs side by side as there are registers for, and the columns left over one by one.
 template <typename Power>
 void sum_differences_of(Power power, const HostTile<BlockScalars>& tile) {
-    // As many pairs side by side as there are registers for.
+    constexpr std::size_t kColumns = kHostGroup;
     constexpr std::size_t kRows = kWidth == kLanes ? 4 : 2;
+    static_assert(kHostGroup % kRows == 0);
     const bool diagonal = tile.rows == tile.columns;
-    for (std::size_t c = 0; c < tile.column_count; c += kHostGroup) {
-        const auto* const columns = tile.columns + c;
-        float* const sums = tile.sums + c;
-        for (std::size_t r = 0; r < (diagonal ? c : tile.row_count); r += kRows) {
-            sum_group<kRows, false>(power, tile.rows + r, columns, sums + r * tile.stride,
-                                    tile.stride);
+    const std::size_t grouped = tile.column_count / kColumns * kColumns;
+    const std::size_t rows = diagonal ? grouped : tile.row_count;
+    for (std::size_t c = 0; c < grouped; c += kColumns) {
+        for (std::size_t r = 0; r < (diagonal ? c : rows); r += kRows) {
+            sum_group<kRows, kColumns>(power, tile, r, c);
         }
         if (diagonal) {
-            sum_group<kHostGroup, true>(power, columns, columns, sums + c * tile.stride,
-                                        tile.stride);
+            sum_group<kColumns, kColumns, true>(power, tile, c, c);
+        }
+    }
+    for (std::size_t c = grouped; c < tile.column_count; ++c) {
+        for (std::size_t r = 0; r < rows; r += kRows) {
+            sum_group<kRows, 1>(power, tile, r, c);
+        }
+        for (std::size_t r = grouped; diagonal && r < c; ++r) {
+            sum_group<1, 1>(power, tile, r, c);
         }
     }
 }
 
 void sum_differences(double degree, const HostTile<BlockScalars>& tile) {
-    with_power(degree, [&](auto power) { sum_differences_of(power, tile); });
+    with_power(degree, [&](auto power) HWY_ATTR { sum_differences_of(power, tile); });
 }
 
 float sum_norm(double degree, const BlockScalars& scalars) {
     constexpr Floats d;
-    return with_power(degree, [&](auto power) {
+    return with_power(degree, [&](auto power) HWY_ATTR {
         Totals totals = {};
         for (std::size_t lane = 0; lane < kLanes; lane += kWidth) {
             auto sum = hn::Zero(d);
@@ -216,9 +225,8 @@ float sum_slopes_of(const ChunkRanges& a, const ChunkRanges& b) {
     for (std::size_t lane = 0; lane < kLanes; lane += kWidth) {
         auto sum = hn::Zero(d);
         for (std::size_t at = lane; at < ChunkRanges::kChunks; at += kLanes) {
-            const auto load = [&](const auto& numbers) {
-                return hn::LoadU(d, numbers.data() + at);
-            };
+            const auto load = [&](const auto& numbers)
+                                  HWY_ATTR { return hn::LoadU(d, numbers.data() + at); };
             const auto size = hn::Add(load(a.size), load(b.size));
             const auto apart =
                 hn::Max(hn::Sub(load(a.low), load(b.high)), hn::Sub(load(b.low), load(a.high)));

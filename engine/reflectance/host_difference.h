@@ -17,7 +17,7 @@ namespace merl::reflectance {
 /// One block of one material.
 using BlockScalars = std::array<float, kBlockScalars>;
 
-/// Materials of a grid are filled up to a multiple of this.
+/// Materials that are taken together.
 constexpr std::uint32_t kHostGroup = 4;
 
 /// Float32 numbers that are added before they enter a float64 sum.
@@ -34,9 +34,9 @@ struct ChunkRanges {
     std::array<float, kChunks> low, high, size;
 };
 
-/// Materials against materials, each a range of consecutive ones, of which only the pairs above the
-/// diagonal are wanted where both are the same. The counts are multiples of kHostGroup. The sum of
-/// a row and a column, from float64, goes to sums[row * stride + column].
+/// Materials against materials, each a range of consecutive ones. Both may be the same range: then
+/// only the pairs above the diagonal are wanted. Otherwise the rows come in whole groups of
+/// kHostGroup. The sum of a row and a column, from float64, goes to sums[row * stride + column].
 template <typename Material>
 struct HostTile {
     const Material* rows;

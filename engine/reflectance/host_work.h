@@ -23,8 +23,14 @@ class HostWork {
     /// One material's part of the grid. Any thread may call it.
     void make_grid(const Slab& slab, std::size_t material, std::span<const BlockSamples> blocks);
 
-    /// Adds the sums of the slab to the totals, on all threads.
+    /// The sums of the slab, on all threads.
+    void sum(const Slab& slab);
+
+    /// Adds them to the totals.
     void add(const Slab& slab);
+
+    /// Bytes of memory: what SlabPlan::host_bytes plans.
+    std::uint64_t bytes() const;
 
     /// The distances, after the last slab.
     MetricDistances distances() const { return totals_.distances(); }
@@ -35,14 +41,14 @@ class HostWork {
 
     const Metric* metric_;
     PairTiles tiles_;
-    std::uint32_t materials_;  // filled up to whole groups
+    std::uint32_t materials_;
     PairTotals totals_;
     std::vector<BlockWeights> weights_;
     Aligned<BlockScalars> grid_;      // [block][material]
     Aligned<ChunkRanges> ranges_;     // likewise, where the metric has_slopes()
     std::vector<float> differences_;  // [block][tile][row][column]
     std::vector<float> slopes_;       // likewise
-    std::vector<float> norms_;        // [block][material], where it has_norms()
+    std::vector<float> norms_;        // [block][padded material], where it has_norms()
 };
 
 }  // namespace merl::reflectance

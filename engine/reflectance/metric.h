@@ -18,7 +18,8 @@ constexpr std::uint32_t kBlockVoxels = 1024;
 /// Voxels of a cell, the unit that a kernel prepares at a time; likewise.
 constexpr std::uint32_t kCellVoxels = 4;
 
-/// Texels of a chunk, over which ranges.comp takes smallest and largest numbers; likewise.
+/// Texels of a chunk, of which the smallest and the largest number are taken for the error bound;
+/// likewise.
 constexpr std::uint32_t kChunkTexels = 4;
 
 /// One block of one material: red, green and blue (or what a transform makes of them), zero beyond
@@ -65,10 +66,11 @@ struct Metric {
 
     bool has_bound() const { return header.degree > 0; }
 
-    /// Whether its bound needs ranges.comp and slopes.comp: a power below one is steep near zero.
+    /// Whether its bound needs ranges and slopes (docs/numerics.md): a power below one is steep
+    /// near zero.
     bool has_slopes() const { return header.degree > 0 && header.degree < 1; }
 
-    /// Whether its bound needs norms.comp.
+    /// Whether its bound needs norms.
     bool has_norms() const { return header.degree >= 1; }
 
     /// Whether check.comp looks for what is wrong with it: nobody has tested it.

@@ -18,6 +18,7 @@ constexpr std::uint64_t kMaxMaterials = 65536;
 /// Materials along a side of a tile of HostWork: as many blocks of them as stay in the processor's
 /// nearest caches.
 constexpr std::uint32_t kHostTile = 20;
+static_assert(kHostTile % kHostGroup == 0);
 
 /// A device that is the processor itself reads what it has just written from its caches, when slabs
 /// are not much larger than those; much smaller ones would only cost submissions.
@@ -33,6 +34,15 @@ std::string mebibytes(std::uint64_t bytes) {
     return fmt::format("{:.1f} MiB", std::ceil(static_cast<double>(bytes) / 104857.6) / 10);
 }
 
+/// Of PairTotals.
+std::uint64_t totals_bytes(const SlabPlan& plan, const Metric& metric) {
+    const auto tiles = plan.tiles(metric);
+    const std::uint64_t pairs = tiles.count() * tiles.pairs_of_tile();
+    return ((metric.has_slopes() ? 2 : 1) * pairs +
+            (metric.has_norms() ? tiles.padded_materials() : 0)) *
+           sizeof(double);
+}
+
 }  // namespace
 
 PairTiles SlabPlan::tiles(const Metric& metric) const {
@@ -41,8 +51,8 @@ PairTiles SlabPlan::tiles(const Metric& metric) const {
 }
 
 std::uint64_t SlabPlan::grid_bytes(const Metric& metric) const {
-    return std::uint64_t{slab_blocks} * tiles(metric).padded_materials() * metric.block_texels() *
-           16;
+    const auto rows = on_host(metric) ? materials : tiles(metric).padded_materials();
+    return std::uint64_t{slab_blocks} * rows * metric.block_texels() * 16;
 }
 
 std::uint64_t SlabPlan::ranges_bytes(const Metric& metric) const {
@@ -72,7 +82,7 @@ SlabPlan plan_slabs(const device::Limits& limits, std::uint64_t memory_bytes,
                                 kMaxMaterials));
     }
     SlabPlan plan = {.materials = static_cast<std::uint32_t>(materials),
-                     .device_is_host = limits.host_caches && !shaders_only};
+                     .pairs_on_host = limits.is_host && !shaders_only};
     for (const auto* metric : metrics) {
         if (plan.on_host(*metric)) {
             continue;
@@ -100,7 +110,8 @@ SlabPlan plan_slabs(const device::Limits& limits, std::uint64_t memory_bytes,
             const auto sums = plan.sums_bytes(*metric);
             const auto all_sums = (metric->has_slopes() ? 2 : 1) * sums + plan.norms_bytes(*metric);
             if (plan.on_host(*metric)) {
-                plan.host_bytes += grid + plan.ranges_bytes(*metric) + all_sums;
+                plan.host_bytes += plan.weights_bytes() + grid + plan.ranges_bytes(*metric) +
+                                   all_sums + totals_bytes(plan, *metric);
                 continue;
             }
             if (metric->has_twin()) {
@@ -120,7 +131,10 @@ SlabPlan plan_slabs(const device::Limits& limits, std::uint64_t memory_bytes,
         }
         return plan.device_bytes + plan.host_bytes;
     };
+    // What one more block takes: the totals of HostWork are there once.
+    const auto two_blocks_bytes = bytes_of(2);
     const auto block_bytes = bytes_of(1);
+    const auto more_bytes = std::max<std::uint64_t>(1, two_blocks_bytes - block_bytes);
     const auto buffer_limit = std::min(
         {limits.storage_buffer_bytes, limits.allocation_bytes, limits.texel_buffer_texels * 16});
     if (largest > buffer_limit) {
@@ -135,11 +149,13 @@ SlabPlan plan_slabs(const device::Limits& limits, std::uint64_t memory_bytes,
                         memory_bytes, materials, mebibytes(block_bytes), block_bytes));
     }
     const auto all_blocks = std::max<std::uint64_t>(1, block_count(voxels));
-    auto blocks =
-        std::min({buffer_limit / largest, memory_bytes / block_bytes,
-                  divide_up(all_blocks, kSlabsForOverlap), std::uint64_t{limits.groups_y}});
-    if (limits.host_caches) {
-        blocks = std::min(blocks, std::max<std::uint64_t>(1, kCachedBytes / block_bytes));
+    auto blocks = std::min({buffer_limit / largest, 1 + (memory_bytes - block_bytes) / more_bytes,
+                            divide_up(all_blocks, kSlabsForOverlap)});
+    if (plan.device_bytes > 0) {
+        blocks = std::min(blocks, std::uint64_t{limits.groups_y});
+    }
+    if (limits.is_host) {
+        blocks = std::min(blocks, std::max<std::uint64_t>(1, kCachedBytes / more_bytes));
     }
     bytes_of(blocks);
     plan.slabs = divide_up(all_blocks, blocks);

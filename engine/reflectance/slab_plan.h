@@ -17,15 +17,15 @@ struct SlabPlan {
     std::uint32_t slab_blocks = 0;  // blocks of one slab
     std::uint64_t slabs = 0;
     std::uint64_t device_bytes = 0;  // of all buffers together
-    std::uint64_t host_bytes = 0;    // of what stands in for them in HostWork
-    bool device_is_host = false;     // whether metrics may be on_host()
+    std::uint64_t host_bytes = 0;    // of HostWork, which has no buffers
+    bool pairs_on_host = false;      // whether metrics may be on_host()
 
     std::uint64_t slab_voxels() const { return std::uint64_t{slab_blocks} * kBlockVoxels; }
 
     /// Whether the host computes the pairs of a metric itself instead of sending them through the
     /// shaders: where the device is no other processor, for a metric with a twin and a degree.
     bool on_host(const Metric& metric) const {
-        return device_is_host && metric.has_twin() && metric.has_bound();
+        return pairs_on_host && metric.has_twin() && metric.has_bound();
     }
 
     PairTiles tiles(const Metric& metric) const;

@@ -292,6 +292,7 @@ class Summary(ScanCase):
         self.assertEqual(s["program"]["name"], "merl-scan")
         self.assertRegex(s["program"]["version"], r"^\d+\.\d+\.\d+$")
         self.assertEqual((s["database"]["name"], s["database"]["kind"]), ("db", "MERL directory"))
+        self.assertEqual(s["device"]["on_host"], s["metrics"])
         self.assertRegex(s["database"]["content_hash"], r"^[0-9a-f]{32}$")
         self.assertEqual(list(s["database"]["grid"].values()), list(GRID))
         self.assertEqual(list(s["negative_samples"].values()), [0] * 13)

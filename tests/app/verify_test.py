@@ -18,9 +18,12 @@ class Verify(Case):
         # The framework test of SPEC 2, expected and actual.
         for number in "1.000000", "1.772586", "0.886257":
             self.assertRegex(output, rf"framework.* {number} +{number} ")
-        for metric in "cwcbrt", "pawcielab":
-            self.assertRegex(output, rf"{metric}.* 4950 ")
-        self.assertRegex(output, r"disagreements.* 4289737 ")
+        for way in "on the host", "in shaders":
+            for metric in "cwcbrt", "pawcielab":
+                self.assertRegex(output, rf"{metric}, .*, {way} .* 4950 ")
+            self.assertRegex(output, rf"disagreements, {way}.* 4289737 ")
+        self.assertIn("paw-ciede2000, its twin, in shaders", output)
+        self.assertNotIn("paw-ciede2000, its twin, on the host", output)
 
 
 if __name__ == "__main__":

@@ -25,7 +25,7 @@ void time_distances(benchmark::State& state, const std::string& name, device::Co
     std::uint64_t bytes = 0;
     for ([[maybe_unused]] auto _ : state) {
         const auto result = compute_distances(context, database, metrics, options);
-        bytes = context.peak_allocated_bytes() + result.plan.host_bytes;
+        bytes = context.peak_allocated_bytes() + result.host_bytes;
         sum.kernels += result.seconds.kernels;
         sum.reading += result.seconds.reading;
         sum.transform += result.seconds.transform;
@@ -65,7 +65,7 @@ void check_memory(const Database& database) {
         const auto result =
             compute_distances(context, database, two_metrics(),
                               {.memory_bytes = kBudget, .shaders_only = shaders_only});
-        const auto bytes = context.peak_allocated_bytes() + result.plan.host_bytes;
+        const auto bytes = context.peak_allocated_bytes() + result.host_bytes;
         require(bytes <= kBudget,
                 fmt::format("{}: slabs of {} bytes, allowed {}", database.name(), bytes, kBudget));
     }

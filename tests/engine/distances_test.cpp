@@ -159,6 +159,7 @@ TEST(Distances, DoNotDependOnSlabSizeStagingOrThreads) {
                 EXPECT_EQ(cut.distances, whole.distances) << memory;
                 EXPECT_EQ(cut.content_hash, whole.content_hash);
                 EXPECT_LE(cut.plan.device_bytes + cut.plan.host_bytes, memory);
+                EXPECT_EQ(cut.host_bytes, cut.plan.host_bytes);
             }
         }
     }
@@ -173,7 +174,8 @@ TEST(Distances, StayWithinTheMemoryTheyPlanned) {
             compute_distances(context, database, some_metrics(),
                               {.memory_bytes = 8'000'000, .shaders_only = shaders_only});
         EXPECT_LE(result.plan.device_bytes + result.plan.host_bytes, 8'000'000U);
-        EXPECT_EQ(result.plan.host_bytes == 0, shaders_only);
+        EXPECT_EQ(result.host_bytes, result.plan.host_bytes);
+        EXPECT_EQ(result.host_bytes == 0, shaders_only);
         EXPECT_LE(context.peak_allocated_bytes(),
                   result.plan.device_bytes + 64 * 1024);  // alignment
         EXPECT_EQ(context.allocated_bytes(), 0U);
