@@ -98,8 +98,8 @@ class ScanOptions(Case):
         for value in ("lots", "1X", "", "1.5.5M", "20E", "0x100000", "1.5G", "M", "1MM", "1 M",
                       "-1G", "16E", "18014398509481984K"):
             self.assert_usage(["--memory"], "--memory", value)
-        # Two materials' blocks of 12 KiB under two metrics for two slabs are 96K already.
-        for value in "0", "1K", "1", "95K":
+        # Two materials' blocks of 12 KiB under two metrics are 48K already.
+        for value in "0", "1K", "1", "47K":
             self.assert_usage(["--memory", "too small", "at least"], "--memory", value)
 
     def test_negative_64_bit_numbers(self):
