@@ -81,8 +81,7 @@ std::vector<std::string> names_on_host(const reflectance::SlabPlan& plan,
     return names;
 }
 
-ordered_json device_json(const device::Context& context,
-                         std::span<const reflectance::Metric* const> metrics,
+ordered_json device_json(const device::Context& context, const std::vector<std::string>& on_host,
                          const reflectance::DistanceResult& computed) {
     const auto& s = computed.seconds;
     return {{"device",
@@ -90,7 +89,7 @@ ordered_json device_json(const device::Context& context,
               {"kind", context.info().kind},
               {"driver", context.info().driver},
               {"vulkan", context.info().vulkan},
-              {"on_host", names_on_host(computed.plan, metrics)},
+              {"on_host", on_host},
               {"peak_bytes", context.peak_allocated_bytes() + computed.host_bytes},
               {"slabs", computed.plan.slabs}}},
             {"distance_seconds",
@@ -151,14 +150,14 @@ ObtainedDistances compute(const DistanceOptions& options, const MetricNeeds& nee
                                         std::move(computed.distances[m].bounds)});
     }
     result.source = database_json(database, computed);
-    result.device = device_json(context, result.metrics, computed);
+    const auto on_host = names_on_host(computed.plan, result.metrics);
+    result.device = device_json(context, on_host, computed);
     result.source_lines = {{"database", fmt::format("{}, {}", database.name(), database.kind())},
                            {"materials", fmt::format("{}, of {} samples each",
                                                      fmt::group_digits(result.table.materials()),
                                                      fmt::group_digits(database.grid().voxels()))}};
     result.device_lines = {{"device", fmt::format("{} ({}), {}", context.info().name,
                                                   context.info().kind, context.info().driver)}};
-    const auto on_host = names_on_host(computed.plan, result.metrics);
     if (!on_host.empty()) {
         result.device_lines.emplace_back(
             "on the host",

@@ -30,6 +30,13 @@ using vec4 = glm::dvec4;
 
 #include "lib/numerics.glsl"
 
+/// The transformed sample at k.
+template <typename Chosen>
+vec3 transform_of(Chosen& chosen, std::span<const Voxel, kBlockVoxels> voxels,
+                  const BlockSamples& samples, std::size_t k) {
+    return chosen.transform(vec3(samples[0][k], samples[1][k], samples[2][k]), voxels[k]);
+}
+
 /// The difference of the samples at k, in either of its two forms.
 template <typename Chosen>
 double difference_of(Chosen& chosen, const BlockSamples& a, const BlockSamples& b, std::size_t k) {

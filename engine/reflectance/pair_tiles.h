@@ -18,6 +18,7 @@ struct PairTiles {
     /// samples, the larger.
     static PairTiles best(std::uint32_t materials, const Metric& metric);
 
+    /// Tiles of that side for so many materials.
     static PairTiles covering(std::uint32_t materials, std::uint32_t side) {
         return {.side = side, .across = (materials + side - 1) / side};
     }
@@ -27,6 +28,7 @@ struct PairTiles {
 
     std::uint32_t above_diagonal() const { return across * (across - 1) / 2; }
     std::uint32_t count() const { return above_diagonal() + across; }
+
     /// The first material of a tile's rows and of its columns.
     struct Place {
         std::uint32_t row, column;

@@ -4,13 +4,13 @@
 #include <hwy/highway.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <functional>
 #include <map>
 #include <vector>
 
-#include "engine/reflectance/pair_tiles.h"
 #include "tests/engine/support.h"
 
 namespace merl::reflectance {
@@ -114,6 +114,17 @@ TEST(HostDifference, HasTheSameBitsInVectorsOfAnyWidth) {
     }
 }
 
+/// Four materials against four, in rows of eight sums.
+void sum_four_by_four(double degree, const BlockScalars* rows, const BlockScalars* columns,
+                      std::vector<float>& sums) {
+    sum_differences(degree, {.rows = rows,
+                             .columns = columns,
+                             .row_count = 4,
+                             .column_count = 4,
+                             .sums = sums.data(),
+                             .stride = 8});
+}
+
 /// The largest relative error of |d|^(2/3) for every `step`th float of [low, 8 low). All other
 /// numbers of the block are equal.
 double largest_power_error(float low, std::uint32_t step) {
@@ -133,12 +144,7 @@ double largest_power_error(float low, std::uint32_t step) {
             blocks[r].fill(0);
             blocks[r][bits % kBlockScalars] = x[r];
         }
-        sum_differences(2.0 / 3, {.rows = &blocks[0],
-                                  .columns = &blocks[4],
-                                  .row_count = 4,
-                                  .column_count = 4,
-                                  .sums = sums.data(),
-                                  .stride = 8});
+        sum_four_by_four(2.0 / 3, &blocks[0], &blocks[4], sums);
         for (std::size_t r = 0; r < 4; ++r) {
             const double exact = std::pow(static_cast<double>(x[r]), 2.0 / 3);
             largest = std::max(largest, std::abs(static_cast<double>(sums[8 * r]) / exact - 1));
@@ -165,20 +171,10 @@ TEST(HostDifference, OfEqualAndOfTinyNumbersIsWhatItShouldBe) {
     }
     with_every_target([&](std::int64_t) {
         std::vector<float> sums(64);
-        sum_differences(2.0 / 3, {.rows = &blocks[0],
-                                  .columns = &blocks[4],
-                                  .row_count = 4,
-                                  .column_count = 4,
-                                  .sums = sums.data(),
-                                  .stride = 8});
+        sum_four_by_four(2.0 / 3, &blocks[0], &blocks[4], sums);
         EXPECT_NEAR(sums[0] / (1e-20 * kBlockScalars), 1, 1e-6);
         for (const double degree : kDegrees) {
-            sum_differences(degree, {.rows = &blocks[0],
-                                     .columns = &blocks[0],
-                                     .row_count = 4,
-                                     .column_count = 4,
-                                     .sums = sums.data(),
-                                     .stride = 8});
+            sum_four_by_four(degree, &blocks[0], &blocks[0], sums);
             EXPECT_EQ(sums[1], 0);
         }
     });
