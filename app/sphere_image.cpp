@@ -131,9 +131,8 @@ std::string render_sphere_images(const reflectance::Database& database,
     const auto all = static_cast<double>(materials.size() * spheres.lights.size());
     double done = 0;
     reflectance::render_spheres(context, database, materials, spheres,
-                                [&](std::size_t material, std::size_t light,
-                                    std::span<const reflectance::SpherePixel> pixels) {
-                                    sink(material, light, compose(pixels, options));
+                                [&](const reflectance::SphereImage& sphere) {
+                                    sink(sphere, compose(sphere.pixels, options));
                                     progress(++done / all);
                                 });
     return fmt::format("{} ({}), {}", context.info().name, context.info().kind,

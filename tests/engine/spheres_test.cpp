@@ -33,8 +33,8 @@ std::vector<Rendered> render(device::Context& context, const Database& database,
                              const std::vector<std::size_t>& materials,
                              const SphereOptions& options) {
     std::vector<Rendered> images;
-    render_spheres(context, database, materials, options, [&](auto material, auto light, auto p) {
-        images.push_back({material, light, {p.begin(), p.end()}});
+    render_spheres(context, database, materials, options, [&](const SphereImage& image) {
+        images.push_back({image.material, image.light, {image.pixels.begin(), image.pixels.end()}});
     });
     return images;
 }
@@ -155,7 +155,7 @@ TEST(Spheres, NoMaterialIsNoImage) {
 TEST(Spheres, WhatTheSinkThrowsComesOut) {
     EXPECT_THROW(render_spheres(test::lavapipe(), lambertian(), std::vector<std::size_t>{0, 1, 2},
                                 {.size = 32, .field_of_view = 60, .lights = {{1, 1, 1}}},
-                                [](auto, auto, auto) { throw std::runtime_error("stop"); }),
+                                [](const SphereImage&) { throw std::runtime_error("stop"); }),
                  std::runtime_error);
 }
 
