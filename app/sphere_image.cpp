@@ -16,6 +16,7 @@ namespace merl::app {
 namespace {
 
 constexpr double kGamma = 2.2;  // SPEC §5
+constexpr const char* kContent = "; content ";
 
 /// "x,y,z" as a direction that is not 0.
 std::array<double, 3> parse_light(const std::string& text) {
@@ -117,6 +118,15 @@ Image displayed(const Image& linear, const SphereImageOptions& options) {
         }
     }
     return image;
+}
+
+std::string with_content_hash(const std::string& comment, const std::string& content_hash) {
+    return comment + kContent + content_hash;
+}
+
+std::string content_hash_in(const std::string& comment) {
+    const auto at = comment.rfind(kContent);
+    return at == std::string::npos ? "" : comment.substr(at + std::string_view(kContent).size());
 }
 
 std::string render_sphere_images(const reflectance::Database& database,

@@ -9,6 +9,20 @@
 
 namespace merl::reflectance {
 
+std::string content_hash_of(const Database& database) {
+    constexpr std::uint64_t kVoxelsAtATime = 16384;
+    const std::uint64_t voxels = database.grid().voxels();
+    ContentHash hash(database.materials().size());
+    tbb::parallel_for(std::size_t{0}, database.materials().size(), [&](std::size_t material) {
+        std::vector<double> samples(3 * kVoxelsAtATime);
+        for (std::uint64_t first = 0; first < voxels; first += kVoxelsAtATime) {
+            const VoxelRange range = {first, std::min(first + kVoxelsAtATime, voxels)};
+            database.read(material, range, std::span(samples).first(3 * range.size()), &hash);
+        }
+    });
+    return hash.digest(database.materials(), database.grid().text());
+}
+
 SlabReader::SlabReader(const Database& database, const VoxelList& voxels)
     : database_(database),
       voxels_(voxels),

@@ -43,6 +43,10 @@ struct Slab {
     }
 };
 
+/// The content hash of a whole database, as SlabReader::content_hash() gives it. Reads everything.
+/// Throws what Database::read() throws.
+std::string content_hash_of(const Database& database);
+
 /// Reads a database slab by slab, in order.
 class SlabReader {
   public:
