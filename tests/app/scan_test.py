@@ -395,6 +395,7 @@ class Exact(ScanCase):
     cut."""
 
     METRICS = ["cwcbrt", "pawcielab"]
+    warns = True  # of black materials and copies
 
     @staticmethod
     def adversaries(grid):
