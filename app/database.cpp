@@ -94,8 +94,8 @@ Content content_of(const Grid& grid, const std::vector<VoxelRun>& above_horizon,
         samples.resize(3 * range.size());
         read(range, samples, hash);
         const auto is_negative = [&](std::uint64_t i) {
-            return std::min({samples[i], samples[range.size() + i], samples[2 * range.size() + i]}) <
-                   0;
+            return std::min(
+                       {samples[i], samples[range.size() + i], samples[2 * range.size() + i]}) < 0;
         };
         for (std::uint64_t i = 0; i < range.size(); ++i) {
             content.negative += is_negative(i) ? 1 : 0;

@@ -85,7 +85,7 @@ std::string content_hash(std::string_view bytes) {
 
 std::string content_hash_of_file(const std::filesystem::path& path) {
     const std::unique_ptr<XXH3_state_t, XXH_errorcode (*)(XXH3_state_t*)> state(XXH3_createState(),
-                                                                               XXH3_freeState);
+                                                                                XXH3_freeState);
     XXH3_128bits_reset(state.get());
     std::ifstream file(path, std::ios::binary);
     std::vector<char> bytes(std::size_t{1} << 20U);

@@ -68,9 +68,10 @@ std::optional<scan::Distances> read_distances(const Options& options,
     const std::string text = scan::read_input(file);
     if (options.pairs.empty() && found.record && found.record->files.contains("pairs.csv") &&
         found.record->files.at("pairs.csv") != content_hash(text)) {
-        throw scan::InputError(fmt::format("{}: is not the file that {} was written with; scan "
-                                           "again, or name the right one with --pairs",
-                                           file, found.record->summary));
+        throw scan::InputError(
+            fmt::format("{}: is not the file that {} was written with; scan "
+                        "again, or name the right one with --pairs",
+                        file, found.record->summary));
     }
     const auto table = scan::parse_distance_table(text, file, metrics,
                                                   [&](double share) { progress.update(share); });
@@ -140,7 +141,8 @@ scan::FourMaterials practice_of(const scan::SelectionFile& selection) {
     return {last[0], last[0], last[0], last[1]};
 }
 
-ordered_json kit_json(const Options& options, const ScannedDatabase& scanned, const scan::SelectionFile& selection, const std::string& selection_hash,
+ordered_json kit_json(const Options& options, const ScannedDatabase& scanned,
+                      const scan::SelectionFile& selection, const std::string& selection_hash,
                       const std::vector<scan::PlannedTrial>& trials) {
     ordered_json list = ordered_json::array();
     for (const auto& trial : trials) {
@@ -234,11 +236,11 @@ int run(const Options& options) {
     Stopwatch watch;
     const std::string text = scan::read_input(options.selection);
     const auto selection = scan::parse_selection(text, options.selection);
-    const auto found = find_scan_record(options.selection, "selection.csv", content_hash(text),
-                                        &selection);
+    const auto found =
+        find_scan_record(options.selection, "selection.csv", content_hash(text), &selection);
     const auto distances = read_distances(options, selection, found);
     const auto trials = scan::plan_kit(selection, distances ? &*distances : nullptr, options.plan);
-    const ScannedDatabase scanned(found, options.selection, options.database);
+    const ScannedDatabase scanned(found, options.selection, options.database, options.quiet);
     std::ranges::for_each(scanned.warnings(), print_warning);
     const auto& database = scanned.database();
     ShownMaterials shown(database);

@@ -164,9 +164,9 @@ class Source {
         }
         const std::string text = scan::read_input(options.selection);
         const auto selection = scan::parse_selection(text, options.selection);
-        scanned_.emplace(find_scan_record(options.selection, "selection.csv", content_hash(text),
-                                          &selection),
-                         options.selection, options.database);
+        scanned_.emplace(
+            find_scan_record(options.selection, "selection.csv", content_hash(text), &selection),
+            options.selection, options.database, options.quiet);
         std::ranges::for_each(scanned_->warnings(), print_warning);
         if (wanted_.empty()) {
             for (const auto& configuration : selection.configurations) {

@@ -5,6 +5,7 @@
 #include <filesystem>
 
 #include "app/commands.h"
+#include "app/progress.h"
 #include "app/terminal.h"
 #include "engine/reflectance/slab_reader.h"
 #include "scan/input.h"
@@ -63,7 +64,8 @@ ScanRecord record_of(const ordered_json& json, const std::string& summary) {
 /// Whether a summary without hashes of files may be that of a selection.
 bool counts_the_same(const ordered_json& json, const scan::SelectionFile& selection) {
     const auto& configurations = selection.configurations;
-    const ordered_json metrics = {as_utf8(selection.first_metric), as_utf8(selection.second_metric)};
+    const ordered_json metrics = {as_utf8(selection.first_metric),
+                                  as_utf8(selection.second_metric)};
     const ordered_json expected = {
         {"configurations", configurations.size()},
         {"agreement_range", {configurations.front().agreement, configurations.back().agreement}}};
@@ -80,16 +82,23 @@ FoundRecord find_scan_record(const std::string& file, const std::string& name,
     if (!std::filesystem::exists(path)) {
         return {std::nullopt, fmt::format("{} is missing", summary)};
     }
-    const auto json = ordered_json::parse(scan::read_input(summary), nullptr, false);
+    std::string text;
+    try {
+        text = scan::read_input(summary);
+    } catch (const InputError& error) {
+        return {std::nullopt, error.what()};
+    }
+    const auto json = ordered_json::parse(text, nullptr, false);
     if (!json.is_object() || !json.contains("program")) {
         return {std::nullopt, fmt::format("{} is no summary of merl-scan", summary)};
     }
     scan::expect_known_format(json, summary);
     auto record = record_of(json, summary);
     const auto known = record.files.find(name);
-    const bool is_of_file = known != record.files.end() ? known->second == hash
-                            : record.files.empty() && selection != nullptr &&
-                                  counts_the_same(json, *selection);
+    const bool is_of_file =
+        known != record.files.end()
+            ? known->second == hash
+            : record.files.empty() && selection != nullptr && counts_the_same(json, *selection);
     if (!is_of_file) {
         return {std::nullopt,
                 fmt::format("{} is not of this {}, which is another or was edited", summary, name)};
@@ -103,7 +112,8 @@ std::string database_option(const ScanRecord& record) {
             "{}: the scan was of distances from a table, {}, not of a database; --database names "
             "that of the materials",
             record.summary,
-            record.source.contains("distances") ? text_of(record.source["distances"], "file") : ""));
+            record.source.contains("distances") ? text_of(record.source["distances"], "file")
+                                                : ""));
     }
     if (record.kind == kBuiltInKind) {
         return kBuiltIn;
@@ -121,7 +131,7 @@ std::string database_option(const ScanRecord& record) {
 }
 
 ScannedDatabase::ScannedDatabase(const FoundRecord& found, const std::string& selection,
-                                 const std::string& option)
+                                 const std::string& option, bool quiet)
     : record_(found.record) {
     if (!record_ && option.empty()) {
         throw InputError(
@@ -139,8 +149,12 @@ ScannedDatabase::ScannedDatabase(const FoundRecord& found, const std::string& se
         return;
     }
     checked_ = true;
-    if (record_->material_hashes.empty() &&
-        reflectance::content_hash_of(*database_) != record_->content_hash) {
+    if (!record_->material_hashes.empty()) {
+        return;
+    }
+    Progress progress("checking", quiet);
+    if (reflectance::content_hash_of(*database_, [&](double share) { progress.update(share); }) !=
+        record_->content_hash) {
         throw InputError(fmt::format("{}: the content is not what was scanned, which {} names: {}",
                                      database_->name(), record_->summary,
                                      text_of(record_->source["database"], "name")));

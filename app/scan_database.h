@@ -20,8 +20,8 @@ namespace merl::app {
 struct ScanRecord {
     std::string summary;  // the file, as errors call it
     nlohmann::ordered_json source = nlohmann::ordered_json::object();  // `database`, or `distances`
-    std::string kind;     // of the database; empty where distances were read from a table
-    std::string path;     // of the directory; empty for the built-in database
+    std::string kind;  // of the database; empty where distances were read from a table
+    std::string path;  // of the directory; empty for the built-in database
     std::string content_hash;
     std::map<std::string, std::string> material_hashes;  // by name; older summaries have none
     std::map<std::string, std::string> files;  // hashes of the other results; older have none
@@ -35,8 +35,8 @@ struct FoundRecord {
     std::string why_not;  // "results/summary.json is missing"
 };
 
-/// Looks into the summary.json beside a file of results of this name (as summaries call it) and this
-/// content hash: there is a record only if it is of that very file. `selection` is that file's
+/// Looks into the summary.json beside a file of results of this name (as summaries call it) and
+/// this content hash: there is a record only if it is of that very file. `selection` is that file's
 /// content if it is a selection; with it summaries without hashes are told by what they count.
 /// Throws scan::InputError when a newer version wrote the summary.
 FoundRecord find_scan_record(const std::string& file, const std::string& name,
@@ -52,9 +52,9 @@ class ScannedDatabase {
     /// Opens what `option`, the value of --database, names, or without one the database of the
     /// record. Where an older record has no hashes of materials, the whole is read and compared.
     /// Throws scan::InputError when there is neither, or the content is another, and what opening a
-    /// database throws.
+    /// database throws; Interrupted. Shows progress unless `quiet`.
     ScannedDatabase(const FoundRecord& found, const std::string& selection,
-                    const std::string& option);
+                    const std::string& option, bool quiet);
 
     const reflectance::Database& database() const { return *database_; }
 

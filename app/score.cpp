@@ -265,8 +265,8 @@ scan::JudgementFile read_judgements(const Options& options, Outcome& o) {
                                   [&](double share) { progress.update(share); });
 }
 
-/// Where distances come from: what the options say, otherwise the database whose spheres were judged,
-/// if that is known.
+/// Where distances come from: what the options say, otherwise the database whose spheres were
+/// judged, if that is known.
 DistanceOptions distance_options(const Options& options, const Outcome& o) {
     DistanceOptions distances = options.distances;
     if (o.scanned && distances.database.empty() && distances.distances.empty()) {
@@ -283,10 +283,10 @@ void compare_with_scan(const Options& options, Outcome& o) {
         return;
     }
     if (options.distances.database.empty()) {
-        throw scan::InputError(
-            fmt::format("{}: the content is not what was scanned and judged, as {} says; --database "
-                        "names a database to score all the same",
-                        o.obtained.database->name(), o.scanned->summary));
+        throw scan::InputError(fmt::format(
+            "{}: the content is not what was scanned and judged, as {} says; --database "
+            "names a database to score all the same",
+            o.obtained.database->name(), o.scanned->summary));
     }
     o.obtained.warnings.push_back(
         fmt::format("{} has other content than the database that was judged, as {} says",
@@ -312,7 +312,8 @@ int run(const Options& options) {
     Stopwatch watch;
     const auto file = read_judgements(options, o);
     o.format = file.format;
-    o.scanned = find_scan_record(options.judgements, "judgements.csv", o.content_hash, nullptr).record;
+    o.scanned =
+        find_scan_record(options.judgements, "judgements.csv", o.content_hash, nullptr).record;
     o.seconds.judgements = watch.lap();
     o.obtained = obtain_distances(distance_options(options, o), kMetrics, options.quiet);
     compare_with_scan(options, o);
@@ -364,7 +365,8 @@ void add_score(CLI::App& program, Command& chosen) {
     command->add_flag("--quiet", options->quiet, "No progress and no summary");
     command->footer(
         "Writes score.csv, score_pairs.csv, score.svg and summary.json (docs/scoring.md). Without\n"
-        "--database and --distances, the judgements.csv of `votes` is scored with the database whose\n"
+        "--database and --distances, the judgements.csv of `votes` is scored with the database "
+        "whose\n"
         "spheres were judged.\n"
         "\n"
         "Examples:\n"

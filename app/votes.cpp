@@ -248,8 +248,8 @@ int run(const Options& options) {
     OutputDirectory out(options.out, options.force, owned);
     ordered_json sources;
     auto inputs = read_inputs(options, sources);
-    const auto images = sphere_images(inputs.votes, options.spheres, inputs.material_hashes,
-                                      inputs.warnings);
+    const auto images =
+        sphere_images(inputs.votes, options.spheres, inputs.material_hashes, inputs.warnings);
     std::ranges::for_each(inputs.warnings, print_warning);
     const auto statistics = scan::vote_statistics(inputs.votes, options.bootstrap);
     throw_if_interrupted();
@@ -271,8 +271,7 @@ int run(const Options& options) {
               [&](int file) { scan::write_judge_votes(file, inputs.votes, statistics); });
     out.write("judgements.csv",
               [&](int file) { scan::write_judgements(file, inputs.votes, statistics); });
-    summary["files"] = {
-        {"judgements.csv", content_hash_of_file(out.path("judgements.csv"))}};
+    summary["files"] = {{"judgements.csv", content_hash_of_file(out.path("judgements.csv"))}};
     out.write("survey.csv", [&](int file) { scan::write_survey(file, inputs.survey); });
     out.write("votes.html", [&](int file) { scan::write_all(file, report); });
     out.write("summary.json", [&](int file) { scan::write_all(file, json_text(summary)); });

@@ -72,8 +72,7 @@ ordered_json sphere_images(const scan::Votes& votes, const std::string& spheres,
                                                path.string(), image.size(), kMostImageBytes));
         }
         const auto expected = material_hashes.find(material);
-        if (expected != material_hashes.end() &&
-            !shows(image, path.string(), expected->second)) {
+        if (expected != material_hashes.end() && !shows(image, path.string(), expected->second)) {
             ++unknown;
             example = path.string();
         }

@@ -22,14 +22,15 @@ void expect_known_format(const Json& content, const std::string& file) {
         return;
     }
     if (!found->is_number_unsigned() || *found == 0) {
-        throw InputError(
-            fmt::format("{}: \"format\": found {}; expected a whole number from 1", file,
-                        found->dump(-1, ' ', false, Json::error_handler_t::replace)));
+        throw InputError(fmt::format("{}: \"format\": found {}; expected a whole number from 1",
+                                     file,
+                                     found->dump(-1, ' ', false, Json::error_handler_t::replace)));
     }
     if (*found > json_format) {
-        throw InputError(fmt::format("{}: was written by a newer merl-scan, in format {}; this one "
-                                     "reads formats up to {}",
-                                     file, found->template get<std::uint64_t>(), json_format));
+        throw InputError(
+            fmt::format("{}: was written by a newer merl-scan, in format {}; this one "
+                        "reads formats up to {}",
+                        file, found->template get<std::uint64_t>(), json_format));
     }
 }
 

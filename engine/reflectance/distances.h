@@ -41,9 +41,9 @@ struct DistanceResult {
     std::string content_hash;
     std::vector<std::string> material_hashes;  // of each material's content, without its name
     std::vector<std::string> warnings;         // one line each, for the user
-    std::uint64_t voxels = 0;      // visited
-    SlabPlan plan;                 // says which metrics were on_host()
-    std::uint64_t host_bytes = 0;  // held for those
+    std::uint64_t voxels = 0;                  // visited
+    SlabPlan plan;                             // says which metrics were on_host()
+    std::uint64_t host_bytes = 0;              // held for those
     DistanceSeconds seconds;
 };
 

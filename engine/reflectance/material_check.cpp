@@ -20,8 +20,9 @@ constexpr std::uint64_t kStride = 255;
 // lost with the page, and what remains of the first is zero or next to nothing.
 constexpr std::uint64_t kPageNumbers = 4096 / sizeof(double);
 
-/// Whether a zero may be in a hole: some numbers before or after it are zero too. What is beyond the
-/// range counts as zero. This looks at few, so that short stretches of zeros cost next to nothing.
+/// Whether a zero may be in a hole: some numbers before or after it are zero too. What is beyond
+/// the range counts as zero. This looks at few, so that short stretches of zeros cost next to
+/// nothing.
 bool may_be_hole(std::span<const double> plane, std::uint64_t at) {
     constexpr std::uint64_t kStep = 15;
     bool before = true;
@@ -129,8 +130,7 @@ void MaterialCheck::extend(std::size_t channel, VoxelRange range, std::span<cons
 void MaterialCheck::close(std::size_t channel) {
     const Zeros zeros = std::exchange(open_[channel], {});
     const std::uint64_t first = channel * grid_.voxels() + zeros.first;
-    const bool pages =
-        begins_page(first) && ends_page(first + zeros.length, 3 * grid_.voxels());
+    const bool pages = begins_page(first) && ends_page(first + zeros.length, 3 * grid_.voxels());
     if (zeros.length >= kHole &&
         (zeros.unmeasured || (pages && zeros.contrast >= zeros.length / 2))) {
         first_hole_[channel] = holes_[channel] == 0 ? zeros.first : first_hole_[channel];

@@ -62,9 +62,9 @@ class MaterialCheck {
 
     Grid grid_;
     std::array<Channel, 3> channels_;
-    bool settled_ = false;      // all channels are positive somewhere and vary
-    std::uint64_t above_ = 0;   // voxels above the horizon so far
-    std::array<Zeros, 3> open_;  // those that may go on in the next range
+    bool settled_ = false;                     // all channels are positive somewhere and vary
+    std::uint64_t above_ = 0;                  // voxels above the horizon so far
+    std::array<Zeros, 3> open_;                // those that may go on in the next range
     std::array<std::uint64_t, 3> holes_ = {};  // zeros that a broken copy has left
     std::array<std::uint64_t, 3> first_hole_ = {};
 };

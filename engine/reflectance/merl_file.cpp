@@ -67,9 +67,10 @@ class File {
         }
         for (const auto& found : {state_, state_of(status)}) {
             if (found != expected) {
-                fail(fmt::format("changed while it was read: {}; run the command again when "
-                                 "nothing writes to the database",
-                                 difference(expected, found)));
+                fail(
+                    fmt::format("changed while it was read: {}; run the command again when "
+                                "nothing writes to the database",
+                                difference(expected, found)));
             }
         }
     }
@@ -176,8 +177,9 @@ Grid checked_header(const File& file) {
 }
 
 /// Whether a number may be used: finite and not above kMaxReflectance (negative: not measured).
+constexpr double kLowest = std::numeric_limits<double>::lowest();
 bool acceptable(double value) {
-    return value <= kMaxReflectance && value >= std::numeric_limits<double>::lowest();
+    return value >= kLowest && value <= kMaxReflectance;
 }
 
 /// Multiplies in place. Whether every result is acceptable.
@@ -185,7 +187,7 @@ MERL_SCAN_WIDEST_VECTORS bool scale(std::span<double> samples, double factor) {
     std::uint64_t good = 0;  // counted, which becomes vector instructions
     for (double& value : samples) {
         value *= factor;
-        good += acceptable(value) ? 1U : 0U;
+        good += std::uint64_t{value >= kLowest} & std::uint64_t{value <= kMaxReflectance};
     }
     return good == samples.size();
 }

@@ -9,17 +9,19 @@
 
 namespace merl::reflectance {
 
-std::string content_hash_of(const Database& database) {
+std::string content_hash_of(const Database& database, const std::function<void(double)>& progress) {
     constexpr std::uint64_t kVoxelsAtATime = 16384;
     const std::uint64_t voxels = database.grid().voxels();
-    ContentHash hash(database.materials().size());
-    tbb::parallel_for(std::size_t{0}, database.materials().size(), [&](std::size_t material) {
-        std::vector<double> samples(3 * kVoxelsAtATime);
+    const std::size_t materials = database.materials().size();
+    ContentHash hash(materials);
+    std::vector<double> samples(3 * kVoxelsAtATime);
+    for (std::size_t material = 0; material < materials; ++material) {
         for (std::uint64_t first = 0; first < voxels; first += kVoxelsAtATime) {
             const VoxelRange range = {first, std::min(first + kVoxelsAtATime, voxels)};
             database.read(material, range, std::span(samples).first(3 * range.size()), &hash);
         }
-    });
+        progress(static_cast<double>(material + 1) / static_cast<double>(materials));
+    }
     return hash.digest(database.materials(), database.grid().text());
 }
 
@@ -40,8 +42,8 @@ void SlabReader::read(const Slab& slab, const Use& use) {
     tbb::parallel_for(std::size_t{0}, counts_.size(), [&](std::size_t material) {
         auto& blocks = blocks_.local();
         blocks.resize(slab.blocks());
-        counts_[material] += read_blocks(database_, material, file, slab.runs, blocks, &hash_,
-                                         &checks_[material]);
+        counts_[material] +=
+            read_blocks(database_, material, file, slab.runs, blocks, &hash_, &checks_[material]);
         use(material, blocks);
     });
 }

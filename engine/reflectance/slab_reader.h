@@ -43,9 +43,10 @@ struct Slab {
     }
 };
 
-/// The content hash of a whole database, as SlabReader::content_hash() gives it. Reads everything.
-/// Throws what Database::read() throws.
-std::string content_hash_of(const Database& database);
+/// The content hash of a whole database, as SlabReader::content_hash() gives it. Reads everything;
+/// `progress` is called after each material with the share that is done, and may throw. Throws what
+/// Database::read() throws.
+std::string content_hash_of(const Database& database, const std::function<void(double)>& progress);
 
 /// Reads a database slab by slab, in order.
 class SlabReader {

@@ -63,8 +63,7 @@ std::vector<std::uint32_t> compile_sphere() {
 }
 
 /// All samples of a material as texels, none negative. Returns the hash of what was read.
-std::string read_material(const Database& database, std::size_t material,
-                          std::span<Texel> texels) {
+std::string read_material(const Database& database, std::size_t material, std::span<Texel> texels) {
     const std::uint64_t voxels = database.grid().voxels();
     ContentHash hash(database.materials().size());
     std::vector<double> samples(3 * kReadVoxels);

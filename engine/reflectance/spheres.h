@@ -29,8 +29,8 @@ using SpherePixel = std::array<float, 4>;
 
 /// An image that is done.
 struct SphereImage {
-    std::size_t material;                // its number in the list
-    std::size_t light;                   // its number
+    std::size_t material;                 // its number in the list
+    std::size_t light;                    // its number
     std::span<const SpherePixel> pixels;  // rows from the top
     /// Identifies the samples that were rendered: one of DistanceResult::material_hashes if they
     /// are those of a scan.

@@ -135,6 +135,9 @@ class Judge(Provenance):
             (self.work / "results" / "summary.json").write_text(text)
             self.assert_refused(INPUT, ["summary.json is no summary of merl-scan"], *self.judge,
                                 "--out", "other")
+        (self.work / "results" / "summary.json").write_text("")
+        self.assert_refused(INPUT, ["summary.json: is empty", "--database"], *self.judge, "--out",
+                            "other")
 
     def test_results_that_do_not_belong_together(self):
         selection = self.work / "results" / "selection.csv"

@@ -48,7 +48,8 @@ std::string fault_of(const std::vector<double>& samples, std::uint64_t step = 10
         for (std::uint64_t i = range.first; i < range.last; ++i) {
             if (domain.voxel(i).above_horizon()) {
                 above.push_back({.file_index = i, .position = 0, .length = 1});
-                negative += std::min({samples[i], samples[kVoxels + i], samples[2 * kVoxels + i]}) < 0;
+                negative +=
+                    std::min({samples[i], samples[kVoxels + i], samples[2 * kVoxels + i]}) < 0;
             }
         }
         check.add(range, part, above);
@@ -66,7 +67,8 @@ void expect_fault(const std::vector<double>& samples, const std::string& part) {
 /// Sets the bytes [from, to) of the file to zero, as far as they are samples.
 void lose(std::vector<double>& samples, std::uint64_t from, std::uint64_t to) {
     const auto bytes = std::as_writable_bytes(std::span(samples));
-    for (std::uint64_t i = std::max<std::uint64_t>(from, 12); i < to && i - 12 < bytes.size(); ++i) {
+    for (std::uint64_t i = std::max<std::uint64_t>(from, 12); i < to && i - 12 < bytes.size();
+         ++i) {
         bytes[i - 12] = std::byte{0};
     }
 }
@@ -105,7 +107,8 @@ TEST(MaterialCheck, NothingMeasured) {
     expect_fault(std::vector<double>(3 * kVoxels, -1), "nothing above the horizon was measured");
     expect_fault(std::vector<double>(3 * kVoxels, 0), "no sample above the horizon is above zero");
     auto zeros = whole();
-    std::ranges::replace_if(zeros, [](double value) { return value > 0; }, 0.0);
+    std::ranges::replace_if(
+        zeros, [](double value) { return value > 0; }, 0.0);
     expect_fault(zeros, "no sample above the horizon is above zero");
     auto mostly = whole();
     std::fill_n(mostly.begin(), 3 * kVoxels / 4, -1.0);
@@ -152,7 +155,8 @@ TEST(MaterialCheck, HolesOfPages) {
 }
 
 TEST(MaterialCheck, ATailThatWasNeverWritten) {
-    // Whatever the byte is that the copy stopped at: below the horizon the others say "not measured".
+    // Whatever the byte is that the copy stopped at: below the horizon the others say "not
+    // measured".
     const std::uint64_t end = 12 + 3 * kVoxels * sizeof(double);
     for (const std::uint64_t from : {end - 10'000, end - 200'001, end - 400'003}) {
         auto samples = whole();
@@ -165,9 +169,10 @@ TEST(MaterialCheck, ATailThatWasNeverWritten) {
 }
 
 TEST(MaterialCheck, CopiesAreFound) {
-    const test::FunctionDatabase database(
-        {.theta_h = 6, .theta_d = 5, .phi_d = 4}, 4,
-        [](std::size_t m, std::uint64_t v, std::size_t c) { return test::random_sample(m % 3, v, c); });
+    const test::FunctionDatabase database({.theta_h = 6, .theta_d = 5, .phi_d = 4}, 4,
+                                          [](std::size_t m, std::uint64_t v, std::size_t c) {
+                                              return test::random_sample(m % 3, v, c);
+                                          });
     const Domain domain(database.grid());
     const VoxelList voxels(domain, VoxelSet::above_horizon);
     SlabReader reader(database, voxels);

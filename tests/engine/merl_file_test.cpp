@@ -122,7 +122,8 @@ TEST(MerlFile, NumbersThatAreNoneAreRefusedWithTheirVoxel) {
 TEST(MerlFile, NegativeNumbersOfAnySizeAreNotMeasured) {
     const test::TemporaryDirectory directory;
     const auto path = directory.path / "m.binary";
-    for (const double value : {-1.0, -1e-300, -1e13, -1e308, std::numeric_limits<double>::lowest()}) {
+    for (const double value :
+         {-1.0, -1e-300, -1e13, -1e308, std::numeric_limits<double>::lowest()}) {
         write_bytes(path, header(1, 1, 1) + numbers(3, value));
         std::vector<double> got(3);
         read_merl_samples(path, read_merl_header(path), {0, 1}, got, {});
@@ -184,13 +185,17 @@ TEST_F(OpenedBefore, AnotherFileInItsPlaceIsNoticed) {
 
 TEST_F(OpenedBefore, WritingInPlaceIsNoticed) {
     // At once: the clock of files has not necessarily ticked since the file was opened.
-    std::fstream(path, std::ios::binary | std::ios::in | std::ios::out).seekp(12).write("12345678", 8);
+    std::fstream(path, std::ios::binary | std::ios::in | std::ios::out)
+        .seekp(12)
+        .write("12345678", 8);
     expect_noticed("it was written to");
 }
 
 TEST_F(OpenedBefore, WritingInPlaceIsNoticedWhenTheTimeIsSetBack) {
     const auto time = std::filesystem::last_write_time(path);
-    std::fstream(path, std::ios::binary | std::ios::in | std::ios::out).seekp(12).write("12345678", 8);
+    std::fstream(path, std::ios::binary | std::ios::in | std::ios::out)
+        .seekp(12)
+        .write("12345678", 8);
     std::filesystem::last_write_time(path, time);
     expect_noticed("its time of change");
 }
@@ -214,8 +219,9 @@ TEST_F(OpenedBefore, ALinkToAnotherFileIsNoticed) {
     read_merl_samples(link, linked, {0, 2}, got, {});
     std::filesystem::remove(link);
     std::filesystem::create_symlink(other, link);
-    expect_refused(link, "another file is in its place",
-                   [&] { read_merl_samples(link, linked, {0, 2}, got, {}); });
+    expect_refused(link, "another file is in its place", [&] {
+        read_merl_samples(link, linked, {0, 2}, got, {});
+    });
 }
 
 TEST_F(OpenedBefore, ARemovedFileIsNoticed) {

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "engine/device/shader_compiler.h"
+#include "engine/reflectance/slab_reader.h"
 #include "tests/engine/support.h"
 
 namespace merl::reflectance {
@@ -146,6 +147,23 @@ TEST(Spheres, NegativeIsBlackAndNothingIsNotANumber) {
             }
         }
     }
+}
+
+TEST(Spheres, SayWhatTheyShow) {
+    const test::FunctionDatabase database(kGrid, 3, test::random_sample);
+    const Domain domain(kGrid);
+    const VoxelList voxels(domain, VoxelSet::above_horizon);
+    SlabReader reader(database, voxels);
+    reader.read(Slab(domain, voxels, 0, voxels.size()), [](std::size_t, auto) {});
+    const auto hashes = reader.material_hashes();
+    const std::vector<std::size_t> materials = {2, 0, 1};
+    render_spheres(test::lavapipe(), database, materials,
+                   {.size = 16, .field_of_view = 60, .lights = {{1, 1, 1}, {-1, 1, 1}}},
+                   [&](const SphereImage& image) {
+                       EXPECT_EQ(image.content_hash, hashes[materials[image.material]]);
+                   });
+    EXPECT_NE(hashes[0], hashes[1]);
+    EXPECT_EQ(content_hash_of(database, [](double) {}), reader.content_hash());
 }
 
 TEST(Spheres, NoMaterialIsNoImage) {
