@@ -27,7 +27,10 @@ void add_render(CLI::App& program, Command& chosen);
 void add_votes(CLI::App& program, Command& chosen);
 void add_power(CLI::App& program, Command& chosen);
 
-/// The MERL directory at `path`, or the built-in database when it is empty.
+/// What --database calls the built-in database.
+inline constexpr const char* kBuiltIn = "built-in";
+
+/// The MERL directory at `path`, or the built-in database when it is empty or kBuiltIn.
 std::unique_ptr<reflectance::Database> open_database(const std::string& path);
 
 }  // namespace merl::app

@@ -19,7 +19,6 @@
 #include "app/progress.h"
 #include "app/stopwatch.h"
 #include "app/terminal.h"
-#include "app/version.h"
 #include "scan/csv.h"
 
 namespace merl::app {
@@ -66,8 +65,8 @@ ordered_json comparison_json(const scan::DistanceTable& table, const scan::Compa
 std::string summary_json(const Options& options, const ObtainedDistances& obtained,
                          const scan::ComparisonResult& compared, const Seconds& seconds) {
     const auto& table = obtained.table;
-    ordered_json json = {{"program", {{"name", "merl-scan"}, {"version", kVersion}}},
-                         {"metrics", obtained.described_metrics}};
+    ordered_json json = program_json();
+    json["metrics"] = obtained.described_metrics;
     json.update(obtained.source);
     ordered_json comparisons = ordered_json::array();
     for (const auto& comparison : compared.comparisons) {
@@ -83,6 +82,7 @@ std::string summary_json(const Options& options, const ObtainedDistances& obtain
                                {"memory_bytes", options.distances.memory},
                                {"threads", options.distances.threads}}}});
     json.update(obtained.device);
+    json["warnings"] = texts_json(obtained.warnings);
     json["seconds"] = {{"device", seconds.device},
                        {"distances", seconds.distances},
                        {"compare", seconds.compare},

@@ -1,9 +1,11 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <filesystem>
 #include <functional>
 #include <limits>
+#include <map>
 #include <memory>
 #include <span>
 #include <system_error>
@@ -16,6 +18,9 @@
 #include "app/terminal.h"
 #include "engine/error.h"
 #include "engine/reflectance/abc_database.h"
+#include "engine/reflectance/content_hash.h"
+#include "engine/reflectance/domain.h"
+#include "engine/reflectance/material_check.h"
 #include "engine/reflectance/merl_directory.h"
 #include "engine/reflectance/merl_file.h"
 
@@ -24,6 +29,7 @@ namespace {
 
 using reflectance::Grid;
 using reflectance::VoxelRange;
+using reflectance::VoxelRun;
 
 struct Options {
     std::string path;
@@ -37,35 +43,80 @@ struct Content {
     std::uint64_t negative = 0;
     double least = std::numeric_limits<double>::infinity();  // of the measured numbers
     double most = 0;
+    std::string hash;
+    std::string fault;  // why it looks like a broken copy; empty: it does not
 };
+
+/// The voxels above the horizon, of the grid that was asked for last.
+class Horizon {
+  public:
+    const std::vector<VoxelRun>& runs(const Grid& grid) {
+        if (grid != grid_ || runs_.empty()) {
+            const reflectance::VoxelList list(reflectance::Domain(grid),
+                                              reflectance::VoxelSet::above_horizon);
+            runs_ = list.runs(0, list.size());
+            grid_ = grid;
+        }
+        return runs_;
+    }
+
+  private:
+    Grid grid_;
+    std::vector<VoxelRun> runs_;
+};
+
+/// Those of the runs that are in a range of the file, cut at its ends.
+std::vector<VoxelRun> runs_within(const std::vector<VoxelRun>& runs, VoxelRange range) {
+    std::vector<VoxelRun> within;
+    auto run = std::ranges::partition_point(
+        runs, [&](const auto& r) { return r.file_index + r.length <= range.first; });
+    for (; run != runs.end() && run->file_index < range.last; ++run) {
+        const std::uint64_t first = std::max(run->file_index, range.first);
+        const std::uint64_t last = std::min(run->file_index + run->length, range.last);
+        within.push_back({.file_index = first, .position = 0, .length = last - first});
+    }
+    return within;
+}
 
 /// Goes through one material; `read` is Database::read or the same for a single file. `progress`
 /// is called with the share of it that is done.
 template <typename Read>
-Content content_of(const Grid& grid, const Read& read,
+Content content_of(const Grid& grid, const std::vector<VoxelRun>& above_horizon, const Read& read,
                    const std::function<void(double)>& progress) {
     constexpr std::uint64_t kVoxelsAtATime = 65536;
     Content content;
     std::vector<double> samples;
+    reflectance::ContentHash hash(1);
+    reflectance::MaterialCheck check(grid);
+    std::uint64_t negative_above = 0;
     for (std::uint64_t at = 0; at < grid.voxels(); at += kVoxelsAtATime) {
         const VoxelRange range = {at, std::min(at + kVoxelsAtATime, grid.voxels())};
         samples.resize(3 * range.size());
-        read(range, samples);
+        read(range, samples, hash);
+        const auto is_negative = [&](std::uint64_t i) {
+            return std::min(
+                       {samples[i], samples[range.size() + i], samples[2 * range.size() + i]}) < 0;
+        };
         for (std::uint64_t i = 0; i < range.size(); ++i) {
-            bool negative = false;
-            for (std::size_t plane = 0; plane < 3; ++plane) {
-                const double value = samples[plane * range.size() + i];
-                if (value < 0) {
-                    negative = true;
-                } else {
-                    content.least = std::min(content.least, value);
-                    content.most = std::max(content.most, value);
-                }
-            }
-            content.negative += negative ? 1 : 0;
+            content.negative += is_negative(i) ? 1 : 0;
         }
+        for (const double value : samples) {
+            if (value >= 0) {
+                content.least = std::min(content.least, value);
+                content.most = std::max(content.most, value);
+            }
+        }
+        const auto above = runs_within(above_horizon, range);
+        for (const auto& run : above) {
+            for (std::uint64_t i = 0; i < run.length; ++i) {
+                negative_above += is_negative(run.file_index - range.first + i) ? 1 : 0;
+            }
+        }
+        check.add(range, samples, above);
         progress(static_cast<double>(range.last) / static_cast<double>(grid.voxels()));
     }
+    content.hash = hash.material_digest(0, grid.text());
+    content.fault = check.fault(negative_above, hash, 0);
     return content;
 }
 
@@ -76,11 +127,14 @@ void print_heading() {
 }
 
 void print_row(const std::string& material, const Grid& grid, const Content& content) {
-    const auto values = content.negative == grid.voxels()
+    const auto values = content.least > content.most
                             ? std::string("nothing was measured")
                             : fmt::format("{:.6g} to {:.6g}", content.least, content.most);
     print_line(fmt::format("{:<32} {:>12} {:>12}   {}", material, grid.voxels(), content.negative,
                            values));
+    if (!content.fault.empty()) {
+        print_line(fmt::format("{:<32} looks damaged: {}", material, content.fault));
+    }
 }
 
 /// Progress over several materials; call it with the share of one of them.
@@ -97,10 +151,13 @@ int info_of_built_in(const Options& options) {
                            database->grid().text()));
     print_heading();
     Progress progress("computing", options.quiet);
+    Horizon horizon;
     for (std::size_t m = 0; m < materials.size(); ++m) {
         const Content content = content_of(
-            database->grid(),
-            [&](VoxelRange range, std::span<double> samples) { database->read(m, range, samples); },
+            database->grid(), horizon.runs(database->grid()),
+            [&](VoxelRange range, std::span<double> samples, reflectance::ContentHash&) {
+                database->read(m, range, samples);
+            },
             share_of(progress, m, materials.size()));
         progress.clear();
         print_row(materials[m], database->grid(), content);
@@ -128,20 +185,31 @@ int info(const Options& options) {
     Grid first_grid;
     bool any = false;
     bool grids_differ = false;
+    std::size_t damaged = 0;
+    std::map<std::string, std::vector<std::string>> names;  // by content
+    Horizon horizon;
     {
         Progress progress("reading", options.quiet);
         for (std::size_t i = 0; i < entries.size(); ++i) {
             const auto& [material, path] = entries[i];
             try {
-                const Grid grid = reflectance::read_merl_header(path);
-                const auto read = [&path = path, &grid](VoxelRange range,
-                                                        std::span<double> samples) {
-                    reflectance::read_merl_samples(path, grid, range, samples, {});
+                const auto header = reflectance::read_merl_header(path);
+                const Grid& grid = header.grid;
+                const auto read = [&path = path, &header](VoxelRange range,
+                                                          std::span<double> samples,
+                                                          reflectance::ContentHash& hash) {
+                    reflectance::read_merl_samples(
+                        path, header, range, samples,
+                        [&](std::size_t plane, std::span<const std::byte> bytes) {
+                            hash.update(0, plane, bytes);
+                        });
                 };
-                const Content content =
-                    content_of(grid, read, share_of(progress, i, entries.size()));
+                const Content content = content_of(grid, horizon.runs(grid), read,
+                                                   share_of(progress, i, entries.size()));
                 progress.clear();
                 print_row(material, grid, content);
+                damaged += content.fault.empty() ? 0 : 1;
+                names[content.hash].push_back(material);
                 grids_differ |= any && grid != first_grid;
                 first_grid = any ? first_grid : grid;
                 any = true;
@@ -156,11 +224,23 @@ int info(const Options& options) {
         }
     }
     print_line("");
+    bool twice = false;
+    for (const auto& [hash, same] : names) {
+        if (same.size() > 1) {
+            twice = true;
+            print_line(fmt::format("the same content: {}", fmt::join(same, ", ")));
+        }
+    }
+    if (damaged > 0) {
+        print_line(fmt::format("{} of {} look{} damaged", damaged, entries.size(),
+                               damaged == 1 ? "s" : ""));
+    }
     print_line(fmt::format("{} of {} can be read{}", entries.size() - bad, entries.size(),
                            grids_differ ? "; their grids differ, and a scan needs one grid"
                            : any        ? fmt::format("; grid {}", first_grid.text())
                                         : ""));
-    return bad == 0 && !grids_differ && !entries.empty() ? kSuccess : kInput;
+    return bad == 0 && damaged == 0 && !twice && !grids_differ && !entries.empty() ? kSuccess
+                                                                                   : kInput;
 }
 
 int write(const Options& options) {
@@ -211,8 +291,8 @@ void add_database(CLI::App& program, Command& chosen) {
         "  merl-scan database info ~/merl/brdfs\n"
         "  merl-scan database info ~/merl/brdfs/chrome.binary\n"
         "\n"
-        "A file that cannot be used is named with the reason, the others are still\n"
-        "listed, and the exit status is 3.");
+        "A file that cannot be used, that looks like a broken copy, or that has the content of\n"
+        "another is named with the reason, the others are still listed, and the exit status is 3.");
     info_command->callback([&chosen, options] { chosen = [options] { return info(*options); }; });
 
     auto* write_command = command->add_subcommand(

@@ -4,8 +4,13 @@
 #include <xxhash.h>
 
 #include <cmath>
+#include <fstream>
+#include <memory>
 
 #include "app/terminal.h"
+#include "app/version.h"
+#include "engine/error.h"
+#include "scan/json_format.h"
 #include "scan/pairs.h"
 
 namespace merl::app {
@@ -13,6 +18,10 @@ namespace {
 
 scan::Pair pair_of(const std::vector<std::string>& names, std::uint32_t index) {
     return scan::pair_at(index, static_cast<std::uint32_t>(names.size()));
+}
+
+std::string hexadecimal(const XXH128_hash_t& hash) {
+    return fmt::format("{:016x}{:016x}", hash.high64, hash.low64);
 }
 
 }  // namespace
@@ -71,8 +80,36 @@ std::string estimate_text(const scan::Estimate& estimate) {
 }
 
 std::string content_hash(std::string_view bytes) {
-    const auto hash = XXH3_128bits(bytes.data(), bytes.size());
-    return fmt::format("{:016x}{:016x}", hash.high64, hash.low64);
+    return hexadecimal(XXH3_128bits(bytes.data(), bytes.size()));
+}
+
+std::string content_hash_of_file(const std::filesystem::path& path) {
+    const std::unique_ptr<XXH3_state_t, XXH_errorcode (*)(XXH3_state_t*)> state(XXH3_createState(),
+                                                                                XXH3_freeState);
+    XXH3_128bits_reset(state.get());
+    std::ifstream file(path, std::ios::binary);
+    std::vector<char> bytes(std::size_t{1} << 20U);
+    while (file.read(bytes.data(), static_cast<std::streamsize>(bytes.size())) ||
+           file.gcount() > 0) {
+        XXH3_128bits_update(state.get(), bytes.data(), static_cast<std::size_t>(file.gcount()));
+    }
+    if (!file.eof()) {
+        throw Error(Fault::input, path.string() + ": cannot be read");
+    }
+    return hexadecimal(XXH3_128bits_digest(state.get()));
+}
+
+nlohmann::ordered_json program_json() {
+    return {{"format", scan::json_format},
+            {"program", {{"name", "merl-scan"}, {"version", kVersion}}}};
+}
+
+nlohmann::ordered_json texts_json(const std::vector<std::string>& texts) {
+    auto array = nlohmann::ordered_json::array();
+    for (const auto& text : texts) {
+        array.push_back(as_utf8(text));
+    }
+    return array;
 }
 
 std::string json_text(const nlohmann::ordered_json& json) {

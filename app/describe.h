@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <string_view>
@@ -43,6 +44,15 @@ std::string estimate_text(const scan::Estimate& estimate);
 
 /// What summaries call `content_hash`: XXH3-128 of the bytes, in hexadecimal digits.
 std::string content_hash(std::string_view bytes);
+
+/// The same of a file. Throws Error (input) when it cannot be read.
+std::string content_hash_of_file(const std::filesystem::path& path);
+
+/// What every summary begins with: its format, and the program that wrote it.
+nlohmann::ordered_json program_json();
+
+/// Texts as an array, those that are no UTF-8 as as_utf8 writes them.
+nlohmann::ordered_json texts_json(const std::vector<std::string>& texts);
 
 /// The text of a JSON file. Replaces what is no UTF-8, so that a strict reader reads it.
 std::string json_text(const nlohmann::ordered_json& json);

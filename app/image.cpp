@@ -24,9 +24,15 @@ void append_big_endian(std::string& out, unsigned long value) {
     }
 }
 
-/// A PNG chunk "iTXt": the keyword Comment, not compressed, in no language, and the text.
+/// What a PNG chunk of text begins with: its kind, the keyword Comment, not compressed, in no
+/// language.
+constexpr std::string_view kComment("iTXtComment\0\0\0\0\0", 16);
+
+constexpr std::size_t kSignature = 8;  // bytes at the beginning of a PNG file
+
+/// A chunk of a comment.
 std::string text_chunk(const std::string& text) {
-    const std::string content = "iTXtComment" + std::string(5, '\0') + text;
+    const std::string content = std::string(kComment) + text;
     std::string chunk;
     append_big_endian(chunk, content.size() - 4);
     chunk += content;
@@ -80,8 +86,27 @@ std::string png_file(const Image& image, const std::string& comment) {
         throw std::runtime_error(fmt::format("libpng: {}", png.message));
     }
     file.resize(size);
-    constexpr std::size_t kSignatureAndHeader = 8 + 25;
+    constexpr std::size_t kSignatureAndHeader = kSignature + 25;
     return comment.empty() ? file : file.insert(kSignatureAndHeader, text_chunk(comment));
+}
+
+std::string png_comment(std::string_view file) {
+    constexpr std::size_t kAround = 12;  // the length, the kind and the checksum of a chunk
+    for (std::size_t at = kSignature; at + kAround <= file.size();) {
+        std::size_t length = 0;
+        for (std::size_t i = 0; i < 4; ++i) {
+            length = length << 8U | static_cast<unsigned char>(file[at + i]);
+        }
+        if (length > file.size() - at - kAround) {
+            break;
+        }
+        const auto chunk = file.substr(at + 4, 4 + length);
+        if (chunk.starts_with(kComment)) {
+            return std::string(chunk.substr(kComment.size()));
+        }
+        at += kAround + length;
+    }
+    return "";
 }
 
 float srgb(float linear) {

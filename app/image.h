@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdint>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace merl::app {
@@ -31,6 +32,9 @@ std::string exr_file(const Image& image, const std::string& comment = {});
 /// A file of 8-bit PNG, of values that are already encoded for display, clamped to [0, 1], with a
 /// comment (UTF-8) unless that is empty.
 std::string png_file(const Image& image, const std::string& comment = {});
+
+/// The comment of a PNG file, as png_file() writes it; empty if it has none.
+std::string png_comment(std::string_view file);
 
 /// The sRGB encoding (IEC 61966-2-1) of linear light in [0, 1]; beyond it is clamped.
 float srgb(float linear);

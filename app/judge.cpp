@@ -16,10 +16,10 @@
 #include "app/options.h"
 #include "app/output_directory.h"
 #include "app/progress.h"
+#include "app/scan_database.h"
 #include "app/sphere_image.h"
 #include "app/stopwatch.h"
 #include "app/terminal.h"
-#include "app/version.h"
 #include "engine/error.h"
 #include "scan/csv.h"
 #include "scan/distance_table.h"
@@ -49,7 +49,8 @@ struct Options {
 
 /// The distances of every pair, which sentinels and random disagreements are drawn from.
 std::optional<scan::Distances> read_distances(const Options& options,
-                                              const scan::SelectionFile& selection) {
+                                              const scan::SelectionFile& selection,
+                                              const FoundRecord& found) {
     if (options.plan.sentinels == 0 && options.plan.random == 0) {
         return std::nullopt;
     }
@@ -64,7 +65,15 @@ std::optional<scan::Distances> read_distances(const Options& options,
     }
     const std::vector<std::string> metrics = {selection.first_metric, selection.second_metric};
     Progress progress("reading", options.quiet);
-    const auto table = scan::parse_distance_table(scan::read_input(file), file, metrics,
+    const std::string text = scan::read_input(file);
+    if (options.pairs.empty() && found.record && found.record->files.contains("pairs.csv") &&
+        found.record->files.at("pairs.csv") != content_hash(text)) {
+        throw scan::InputError(
+            fmt::format("{}: is not the file that {} was written with; scan "
+                        "again, or name the right one with --pairs",
+                        file, found.record->summary));
+    }
+    const auto table = scan::parse_distance_table(text, file, metrics,
                                                   [&](double share) { progress.update(share); });
     auto distances = table.distances(0, 1);
     scan::expect_same_scan(selection, distances, file);
@@ -132,7 +141,7 @@ scan::FourMaterials practice_of(const scan::SelectionFile& selection) {
     return {last[0], last[0], last[0], last[1]};
 }
 
-ordered_json kit_json(const Options& options, const reflectance::Database& database,
+ordered_json kit_json(const Options& options, const ScannedDatabase& scanned,
                       const scan::SelectionFile& selection, const std::string& selection_hash,
                       const std::vector<scan::PlannedTrial>& trials) {
     ordered_json list = ordered_json::array();
@@ -148,16 +157,18 @@ ordered_json kit_json(const Options& options, const reflectance::Database& datab
                              {"pairs", !options.keep_pairs},
                              {"order", !options.keep_order}}}};
     chosen.update(sphere_options_json(options.image));
-    return {
-        {"program", {{"name", "merl-scan"}, {"version", kVersion}}},
+    ordered_json json = program_json();
+    json.update(ordered_json{
         {"kit_hash", ""},
         {"seed", options.plan.seed},
         {"selection_hash", selection_hash},
         {"metrics", {as_utf8(selection.first_metric), as_utf8(selection.second_metric)}},
-        {"database", {{"name", as_utf8(database.name())}, {"kind", database.kind()}}},
+        {"database", scanned.description()},
+        {"warnings", texts_json(scanned.warnings())},
         {"options", chosen},
         {"practice", {{"left", {practice[0], practice[1]}}, {"right", {practice[2], practice[3]}}}},
-        {"trials", list}};
+        {"trials", list}});
+    return json;
 }
 
 /// What the page needs of the kit: materials by number, no metric, no expectation.
@@ -225,23 +236,30 @@ int run(const Options& options) {
     Stopwatch watch;
     const std::string text = scan::read_input(options.selection);
     const auto selection = scan::parse_selection(text, options.selection);
-    const auto distances = read_distances(options, selection);
+    const auto found =
+        find_scan_record(options.selection, "selection.csv", content_hash(text), &selection);
+    const auto distances = read_distances(options, selection, found);
     const auto trials = scan::plan_kit(selection, distances ? &*distances : nullptr, options.plan);
-    const auto database = open_database(options.database);
-    ShownMaterials shown(*database);
+    const ScannedDatabase scanned(found, options.selection, options.database, options.quiet);
+    std::ranges::for_each(scanned.warnings(), print_warning);
+    const auto& database = scanned.database();
+    ShownMaterials shown(database);
     for (const auto& trial : trials) {
         std::ranges::for_each(trial.materials, [&](const auto& name) { shown.number(name); });
     }
-    auto kit = kit_json(options, *database, selection, content_hash(text), trials);
+    auto kit = kit_json(options, scanned, selection, content_hash(text), trials);
     auto page = page_json(kit, shown);
     Images images(shown.names().size());
+    auto& hashes = kit["database"]["material_hashes"] = ordered_json::object();
     std::string device;
     {
         Progress progress("rendering", options.quiet);
         device = render_sphere_images(
-            *database, shown.places(), options.image,
-            [&](std::size_t material, std::size_t, const Image& linear) {
-                images[material].push_back(png_file(displayed(linear, options.image)));
+            database, shown.places(), options.image,
+            [&](const reflectance::SphereImage& sphere, const Image& linear) {
+                scanned.check(shown.places()[sphere.material], sphere.content_hash);
+                hashes[shown.names()[sphere.material]] = sphere.content_hash;
+                images[sphere.material].push_back(png_file(displayed(linear, options.image)));
             },
             [&](double share) { progress.update(share); });
     }
@@ -251,7 +269,7 @@ int run(const Options& options) {
     out.write("kit.json", [&](int file) { scan::write_all(file, kit.dump(2) + "\n"); });
     out.commit();
     if (!options.quiet) {
-        print_summary(options, *database, trials, shown, device, watch.lap(), html.size());
+        print_summary(options, database, trials, shown, device, watch.lap(), html.size());
     }
     return kSuccess;
 }
@@ -300,8 +318,8 @@ void add_judge(CLI::App& program, Command& chosen) {
         ->transform(not_empty());
     command
         ->add_option("--database", options->database,
-                     "The directory of MERL .binary files that was scanned (default: the built-in "
-                     "stand-in database)")
+                     "Where the database that was scanned is: a directory of MERL .binary files, "
+                     "or built-in (default: what summary.json beside the selection says)")
         ->transform(not_empty());
     command->add_option("--out", options->out, "The directory to make")
         ->transform(not_empty())
@@ -315,7 +333,8 @@ void add_judge(CLI::App& program, Command& chosen) {
         "page\n"
         "in any browser, in English or Swedish, and save their votes from it "
         "(docs/experiment.md).\n"
-        "With several lights each side has a sphere for each.\n"
+        "With several lights each side has a sphere for each. What is shown must be what was\n"
+        "scanned: summary.json beside the selection names the database and has its hashes.\n"
         "\n"
         "Examples:\n"
         "  merl-scan judge --selection results/selection.csv --out kit\n"

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <filesystem>
 #include <utility>
 
 #include "app/commands.h"
@@ -47,22 +48,31 @@ std::vector<std::string> split_list(const std::string& list, const std::string& 
     return parts;
 }
 
-ordered_json database_json(const reflectance::Database& database,
+/// `option` is what --database says.
+ordered_json database_json(const reflectance::Database& database, const std::string& option,
                            const reflectance::DistanceResult& computed) {
+    ordered_json path;
+    if (!option.empty() && option != kBuiltIn) {
+        path = as_utf8(std::filesystem::absolute(option).lexically_normal().string());
+    }
+    ordered_json hashes = ordered_json::object();
     ordered_json negative = ordered_json::object();
     ordered_json negative_above = ordered_json::object();
     for (std::size_t m = 0; m < database.materials().size(); ++m) {
         const std::string name = as_utf8(database.materials()[m]);
         negative[name] = computed.counts[m].negative;
         negative_above[name] = computed.counts[m].negative_above_horizon;
+        hashes[name] = computed.material_hashes[m];
     }
     const auto& grid = database.grid();
     return {
         {"database",
          {{"name", as_utf8(database.name())},
           {"kind", database.kind()},
+          {"path", path},
           {"content_hash", computed.content_hash},
-          {"grid", {{"theta_h", grid.theta_h}, {"theta_d", grid.theta_d}, {"phi_d", grid.phi_d}}}}},
+          {"grid", {{"theta_h", grid.theta_h}, {"theta_d", grid.theta_d}, {"phi_d", grid.phi_d}}},
+          {"material_hashes", hashes}}},
         {"samples_per_material", grid.voxels()},
         {"samples_above_horizon", computed.voxels},
         {"negative_samples", negative},
@@ -149,7 +159,8 @@ ObtainedDistances compute(const DistanceOptions& options, const MetricNeeds& nee
                                         std::move(computed.distances[m].values),
                                         std::move(computed.distances[m].bounds)});
     }
-    result.source = database_json(database, computed);
+    result.source = database_json(database, options.database, computed);
+    result.warnings = std::move(computed.warnings);
     const auto on_host = names_on_host(computed.plan, result.metrics);
     result.device = device_json(context, on_host, computed);
     result.source_lines = {{"database", fmt::format("{}, {}", database.name(), database.kind())},
@@ -201,7 +212,7 @@ CLI::Option* add_distance_options(CLI::App& command, DistanceOptions& options,
     auto* database =
         command
             .add_option("--database", options.database,
-                        "A directory of MERL .binary files (default: the built-in stand-in "
+                        "A directory of MERL .binary files (default: built-in, the stand-in "
                         "database)")
             ->transform(not_empty());
     auto* distances =
@@ -243,7 +254,15 @@ std::unique_ptr<tbb::global_control> limit_threads(unsigned threads) {
 
 ObtainedDistances obtain_distances(const DistanceOptions& options, const MetricNeeds& needs,
                                    bool quiet) {
-    return options.distances.empty() ? compute(options, needs, quiet) : read(options, needs, quiet);
+    auto result =
+        options.distances.empty() ? compute(options, needs, quiet) : read(options, needs, quiet);
+    for (const auto& column : result.table.metrics) {
+        if (std::ranges::all_of(column.values, [](double distance) { return distance == 0; })) {
+            result.warnings.push_back(fmt::format("all distances under {} are 0", column.metric));
+        }
+    }
+    std::ranges::for_each(result.warnings, print_warning);
+    return result;
 }
 
 }  // namespace merl::app

@@ -61,6 +61,8 @@ struct ObtainedDistances {
     /// and the device.
     nlohmann::ordered_json source = nlohmann::ordered_json::object();
     nlohmann::ordered_json device = nlohmann::ordered_json::object();
+    /// What the user should know of the input: printed already, and for the summary.
+    std::vector<std::string> warnings;
     /// For people: title and text of a line each, of the source and of the device.
     std::vector<std::pair<std::string, std::string>> source_lines;
     std::vector<std::pair<std::string, std::string>> device_lines;

@@ -5,7 +5,8 @@
 namespace merl::app {
 
 std::unique_ptr<reflectance::Database> open_database(const std::string& path) {
-    return path.empty() ? reflectance::make_abc_database() : reflectance::open_merl_directory(path);
+    return path.empty() || path == kBuiltIn ? reflectance::make_abc_database()
+                                            : reflectance::open_merl_directory(path);
 }
 
 }  // namespace merl::app

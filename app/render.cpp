@@ -4,7 +4,11 @@
 #include <cmath>
 #include <filesystem>
 #include <memory>
-#include <numeric>
+#include <optional>
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "app/choose_materials.h"
 #include "app/commands.h"
@@ -14,11 +18,14 @@
 #include "app/options.h"
 #include "app/output_directory.h"
 #include "app/progress.h"
+#include "app/scan_database.h"
 #include "app/sphere_image.h"
 #include "app/stopwatch.h"
 #include "app/terminal.h"
 #include "engine/error.h"
 #include "scan/csv.h"
+#include "scan/input.h"
+#include "scan/selection_file.h"
 
 namespace merl::app {
 namespace {
@@ -30,6 +37,7 @@ constexpr const char* kPage = "contact-sheet.html";
 struct Options {
     std::string out = "merl-scan-spheres";
     std::string database;
+    std::string selection;
     std::vector<std::string> materials;
     SphereImageOptions image;
     bool force = false;
@@ -146,19 +154,70 @@ class ContactSheet {
     Image sheet_;
 };
 
-std::vector<std::size_t> chosen_materials(const reflectance::Database& database,
-                                          const std::vector<std::string>& values) {
-    if (!values.empty()) {
-        return find_materials(database, values);
+/// What is rendered: the database of a scan, or any other.
+class Source {
+  public:
+    explicit Source(const Options& options) : wanted_(options.materials) {
+        if (options.selection.empty()) {
+            any_ = open_database(options.database);
+            return;
+        }
+        const std::string text = scan::read_input(options.selection);
+        const auto selection = scan::parse_selection(text, options.selection);
+        scanned_.emplace(
+            find_scan_record(options.selection, "selection.csv", content_hash(text), &selection),
+            options.selection, options.database, options.quiet);
+        std::ranges::for_each(scanned_->warnings(), print_warning);
+        if (wanted_.empty()) {
+            for (const auto& configuration : selection.configurations) {
+                selected_.insert(configuration.materials.begin(), configuration.materials.end());
+            }
+        }
     }
-    std::vector<std::size_t> all(database.materials().size());
-    std::iota(all.begin(), all.end(), std::size_t{0});
-    return all;
-}
+
+    const reflectance::Database& database() const { return any_ ? *any_ : scanned_->database(); }
+
+    /// Indices of the materials that were asked for: by name, those of the selection, or all.
+    std::vector<std::size_t> materials() const {
+        const auto& names = database().materials();
+        std::vector<std::size_t> chosen;
+        if (!wanted_.empty()) {
+            return find_materials(database(), wanted_);
+        }
+        for (std::size_t m = 0; m < names.size(); ++m) {
+            if (selected_.empty() || selected_.contains(names[m])) {
+                chosen.push_back(m);
+            }
+        }
+        for (const auto& name : selected_) {
+            if (std::ranges::find(names, name) == names.end()) {
+                throw scan::InputError(
+                    fmt::format("the selection has a material \"{}\", which {} has not; --database "
+                                "names the database of the scan",
+                                name, database().name()));
+            }
+        }
+        return chosen;
+    }
+
+    /// Throws unless the samples of a material are those of the scan, if there was one.
+    void check(std::size_t material, const std::string& content_hash) const {
+        if (scanned_) {
+            scanned_->check(material, content_hash);
+        }
+    }
+
+  private:
+    std::vector<std::string> wanted_;
+    std::set<std::string> selected_;
+    std::unique_ptr<reflectance::Database> any_;
+    std::optional<ScannedDatabase> scanned_;
+};
 
 int run(const Options& options) {
-    const auto database = open_database(options.database);
-    const auto materials = chosen_materials(*database, options.materials);
+    const Source source(options);
+    const auto* const database = &source.database();
+    const auto materials = source.materials();
     const std::size_t lights = options.image.lights.size();
     const Target target = target_of(options, materials.size());
     const Names names(*database, materials, target, lights);
@@ -183,14 +242,18 @@ int run(const Options& options) {
         Progress progress("rendering", options.quiet);
         device = render_sphere_images(
             *database, materials, options.image,
-            [&](std::size_t material, std::size_t light, const Image& linear) {
-                const auto name = names.name(material, light);
-                const auto comment = as_utf8(fmt::format(
-                    "{} of {}, {}; light from {}", database->materials()[materials[material]],
-                    database->name(), database->kind(), options.image.lights[light]));
+            [&](const reflectance::SphereImage& sphere, const Image& linear) {
+                const auto material = materials[sphere.material];
+                source.check(material, sphere.content_hash);
+                const auto name = names.name(sphere.material, sphere.light);
+                const auto comment = with_content_hash(
+                    as_utf8(fmt::format("{} of {}, {}; light from {}",
+                                        database->materials()[material], database->name(),
+                                        database->kind(), options.image.lights[sphere.light])),
+                    sphere.content_hash);
                 write(name + ".exr", exr_file(linear, comment));
                 write(name + ".png", png_file(displayed(linear, options.image), comment));
-                sheet.put(light * materials.size() + material, linear);
+                sheet.put(sphere.light * materials.size() + sphere.material, linear);
             },
             [&](double share) { progress.update(share); });
     }
@@ -228,11 +291,16 @@ void add_render(CLI::App& program, Command& chosen) {
         ->capture_default_str();
     command
         ->add_option("--database", options->database,
-                     "A directory of MERL .binary files (default: the built-in stand-in database)")
+                     "A directory of MERL .binary files (default: built-in, the stand-in database; "
+                     "with --selection the one that was scanned)")
+        ->transform(not_empty());
+    command
+        ->add_option("--selection", options->selection,
+                     "The selection.csv of a scan: its materials, as they were scanned")
         ->transform(not_empty());
     command->add_option("--material", options->materials,
                         "A material, or names with commas between them, or the option more than "
-                        "once (default: all)");
+                        "once (default: all, or those of the selection)");
     add_sphere_options(*command, options->image);
     command->add_flag("--force", options->force, "Replace images that exist");
     command->add_flag("--quiet", options->quiet, "No progress and no summary");
@@ -245,6 +313,7 @@ void add_render(CLI::App& program, Command& chosen) {
         "Examples:\n"
         "  merl-scan render --material gold-paint --out gold.exr      gold.png beside it\n"
         "  merl-scan render --out spheres                             all materials\n"
+        "  merl-scan render --selection results/selection.csv --out spheres\n"
         "  merl-scan render --light 1,1,1 --light -1,1,-0.5 --background 0 --out spheres");
     command->callback([&chosen, options] { chosen = [options] { return run(*options); }; });
 }

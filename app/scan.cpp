@@ -20,7 +20,6 @@
 #include "app/refine.h"
 #include "app/stopwatch.h"
 #include "app/terminal.h"
-#include "app/version.h"
 #include "engine/error.h"
 #include "scan/csv.h"
 #include "scan/disagreements.h"
@@ -69,6 +68,7 @@ struct Outcome {
     std::vector<scan::Configuration> selection;
     std::vector<scan::Configuration> disagreements;
     std::optional<scan::Configuration> strongest;
+    ordered_json files = ordered_json::object();  // hashes of those that are read again
     Seconds seconds;
 };
 
@@ -84,8 +84,8 @@ std::string summary_json(const Options& options, const Outcome& o) {
     }
     ordered_json counts = counts_json(o.census.counts);
     counts["counted_by"] = counted_by(o.census.streamed);
-    ordered_json json = {{"program", {{"name", "merl-scan"}, {"version", kVersion}}},
-                         {"metrics", {as_utf8(d.first_metric), as_utf8(d.second_metric)}}};
+    ordered_json json = program_json();
+    json["metrics"] = {as_utf8(d.first_metric), as_utf8(d.second_metric)};
     json.update(o.obtained.source);
     json.update(ordered_json{
         {"materials", d.materials()},
@@ -111,6 +111,8 @@ std::string summary_json(const Options& options, const Outcome& o) {
           {"memory_bytes", options.distances.memory},
           {"threads", options.distances.threads}}}});
     json.update(o.obtained.device);
+    json["warnings"] = texts_json(o.obtained.warnings);
+    json["files"] = o.files;
     json["seconds"] = {{"device", o.seconds.device}, {"distances", o.seconds.distances},
                        {"refine", o.seconds.refine}, {"count", o.seconds.count},
                        {"select", o.seconds.select}, {"list", o.seconds.list},
@@ -236,6 +238,9 @@ int run(const Options& options) {
     o.seconds.list = watch.lap();
     throw_if_interrupted();
     write_results(out, o, options.quiet);
+    for (const char* const name : {"pairs.csv", "selection.csv"}) {
+        o.files[name] = content_hash_of_file(out.path(name));
+    }
     o.seconds.write = watch.lap();
     throw_if_interrupted();
     const std::string summary = summary_json(options, o);

@@ -8,6 +8,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <numeric>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -21,10 +22,10 @@
 #include "app/output_directory.h"
 #include "app/progress.h"
 #include "app/refine.h"
+#include "app/scan_database.h"
 #include "app/score_plot.h"
 #include "app/stopwatch.h"
 #include "app/terminal.h"
-#include "app/version.h"
 #include "engine/reflectance/abc_database.h"
 #include "scan/csv.h"
 #include "scan/input.h"
@@ -62,6 +63,7 @@ struct Outcome {
     std::string format;  // of the judgements
     std::string content_hash;
     scan::Judgements judgements;
+    std::optional<ScanRecord> scanned;  // what the judgements are on, if they are those of `votes`
     ObtainedDistances obtained;
     std::vector<std::uint64_t> refined;  // distances recomputed in float64, by metric
     scan::Score score;
@@ -91,18 +93,17 @@ std::string summary_json(const Options& options, const Outcome& o) {
         metrics.back().update(metric_json(o.score.metrics[m]));
         metrics.back()["refined_distances"] = o.refined.empty() ? 0 : o.refined[m];
     }
-    ordered_json json = {{"program", {{"name", "merl-scan"}, {"version", kVersion}}},
-                         {"judgements",
-                          {{"file", as_utf8(options.judgements)},
-                           {"format", o.format},
-                           {"content_hash", o.content_hash},
-                           {"rows", j.rows},
-                           {"rows_with_unknown_materials", j.rows_with_unknown},
-                           {"unknown_materials", unknown},
-                           {"configurations", o.score.judgements},
-                           {"untied", o.score.untied},
-                           {"votes", o.score.votes},
-                           {"equal_votes", o.score.equal_votes}}}};
+    ordered_json json = program_json();
+    json["judgements"] = {{"file", as_utf8(options.judgements)},
+                          {"format", o.format},
+                          {"content_hash", o.content_hash},
+                          {"rows", j.rows},
+                          {"rows_with_unknown_materials", j.rows_with_unknown},
+                          {"unknown_materials", unknown},
+                          {"configurations", o.score.judgements},
+                          {"untied", o.score.untied},
+                          {"votes", o.score.votes},
+                          {"equal_votes", o.score.equal_votes}};
     json.update(o.obtained.source);
     json.update(
         ordered_json{{"materials", o.obtained.table.materials()},
@@ -121,6 +122,7 @@ std::string summary_json(const Options& options, const Outcome& o) {
                        {"memory_bytes", options.distances.memory},
                        {"threads", options.distances.threads}}}});
     json.update(o.obtained.device);
+    json["warnings"] = texts_json(o.obtained.warnings);
     json["seconds"] = {{"judgements", o.seconds.judgements}, {"device", o.seconds.device},
                        {"distances", o.seconds.distances},   {"refine", o.seconds.refine},
                        {"score", o.seconds.score},           {"total", o.seconds.total()}};
@@ -263,6 +265,35 @@ scan::JudgementFile read_judgements(const Options& options, Outcome& o) {
                                   [&](double share) { progress.update(share); });
 }
 
+/// Where distances come from: what the options say, otherwise the database whose spheres were
+/// judged, if that is known.
+DistanceOptions distance_options(const Options& options, const Outcome& o) {
+    DistanceOptions distances = options.distances;
+    if (o.scanned && distances.database.empty() && distances.distances.empty()) {
+        distances.database = database_option(*o.scanned);
+    }
+    return distances;
+}
+
+/// Distances of other materials than those that were judged are an error, unless the user has named
+/// the database.
+void compare_with_scan(const Options& options, Outcome& o) {
+    if (!o.scanned || !o.scanned->has_database() || !o.obtained.database ||
+        o.obtained.source["database"]["content_hash"] == o.scanned->content_hash) {
+        return;
+    }
+    if (options.distances.database.empty()) {
+        throw scan::InputError(fmt::format(
+            "{}: the content is not what was scanned and judged, as {} says; --database "
+            "names a database to score all the same",
+            o.obtained.database->name(), o.scanned->summary));
+    }
+    o.obtained.warnings.push_back(
+        fmt::format("{} has other content than the database that was judged, as {} says",
+                    o.obtained.database->name(), o.scanned->summary));
+    print_warning(o.obtained.warnings.back());
+}
+
 scan::Score compute_score(const Options& options, const Outcome& o) {
     std::vector<scan::ScoredMetric> metrics;
     for (const auto& column : o.obtained.table.metrics) {
@@ -281,8 +312,11 @@ int run(const Options& options) {
     Stopwatch watch;
     const auto file = read_judgements(options, o);
     o.format = file.format;
+    o.scanned =
+        find_scan_record(options.judgements, "judgements.csv", o.content_hash, nullptr).record;
     o.seconds.judgements = watch.lap();
-    o.obtained = obtain_distances(options.distances, kMetrics, options.quiet);
+    o.obtained = obtain_distances(distance_options(options, o), kMetrics, options.quiet);
+    compare_with_scan(options, o);
     o.seconds.device = o.obtained.device_seconds;
     o.seconds.distances = o.obtained.distance_seconds;
     watch.lap();
@@ -330,7 +364,10 @@ void add_score(CLI::App& program, Command& chosen) {
     add_bootstrap_options(*command, options->bootstrap);
     command->add_flag("--quiet", options->quiet, "No progress and no summary");
     command->footer(
-        "Writes score.csv, score_pairs.csv, score.svg and summary.json (docs/scoring.md).\n"
+        "Writes score.csv, score_pairs.csv, score.svg and summary.json (docs/scoring.md). Without\n"
+        "--database and --distances, the judgements.csv of `votes` is scored with the database "
+        "whose\n"
+        "spheres were judged.\n"
         "\n"
         "Examples:\n"
         "  merl-scan score --judgements votes.csv\n"

@@ -16,6 +16,7 @@ namespace merl::app {
 namespace {
 
 constexpr double kGamma = 2.2;  // SPEC §5
+constexpr const char* kContent = "; content ";
 
 /// "x,y,z" as a direction that is not 0.
 std::array<double, 3> parse_light(const std::string& text) {
@@ -119,6 +120,15 @@ Image displayed(const Image& linear, const SphereImageOptions& options) {
     return image;
 }
 
+std::string with_content_hash(const std::string& comment, const std::string& content_hash) {
+    return comment + kContent + content_hash;
+}
+
+std::string content_hash_in(const std::string& comment) {
+    const auto at = comment.rfind(kContent);
+    return at == std::string::npos ? "" : comment.substr(at + std::string_view(kContent).size());
+}
+
 std::string render_sphere_images(const reflectance::Database& database,
                                  std::span<const std::size_t> materials,
                                  const SphereImageOptions& options, const SphereImageSink& sink,
@@ -131,9 +141,8 @@ std::string render_sphere_images(const reflectance::Database& database,
     const auto all = static_cast<double>(materials.size() * spheres.lights.size());
     double done = 0;
     reflectance::render_spheres(context, database, materials, spheres,
-                                [&](std::size_t material, std::size_t light,
-                                    std::span<const reflectance::SpherePixel> pixels) {
-                                    sink(material, light, compose(pixels, options));
+                                [&](const reflectance::SphereImage& sphere) {
+                                    sink(sphere, compose(sphere.pixels, options));
                                     progress(++done / all);
                                 });
     return fmt::format("{} ({}), {}", context.info().name, context.info().kind,

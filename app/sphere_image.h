@@ -34,9 +34,14 @@ nlohmann::ordered_json sphere_options_json(const SphereImageOptions& options);
 /// Encodes linear light for display: gamma 1/2.2 as in the thesis, or sRGB; clamps to [0, 1].
 Image displayed(const Image& linear, const SphereImageOptions& options);
 
-/// Called with each image when it is done: the number of the material in the list, of the light,
-/// and linear light, exposed and before the background.
-using SphereImageSink = std::function<void(std::size_t material, std::size_t light, Image linear)>;
+/// Called with each image when it is done: what it shows, and linear light, exposed and before the
+/// background.
+using SphereImageSink =
+    std::function<void(const reflectance::SphereImage& sphere, const Image& linear)>;
+
+/// A comment that also says what was rendered, and what it says; empty if it says nothing.
+std::string with_content_hash(const std::string& comment, const std::string& content_hash);
+std::string content_hash_in(const std::string& comment);
 
 /// Opens the device and renders the materials. `progress` is called with the share that is done.
 /// Returns the device's name. Throws Error (usage for a light that is no direction).

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <charconv>
 #include <cstdio>
 #include <cstring>
 
@@ -69,6 +70,22 @@ std::string as_utf8(std::string_view text) {
     return escaped(text, false);
 }
 
+std::string from_utf8(std::string_view text) {
+    std::string result;
+    while (!text.empty()) {
+        unsigned byte = 0;
+        if (text.starts_with("\\x") && text.size() >= 4 &&
+            std::from_chars(text.data() + 2, text.data() + 4, byte, 16).ptr == text.data() + 4) {
+            result += static_cast<char>(byte);
+            text.remove_prefix(4);
+        } else {
+            result += text.front();
+            text.remove_prefix(1);
+        }
+    }
+    return result;
+}
+
 std::string printable(std::string_view text) {
     return escaped(text, true);
 }
@@ -88,6 +105,10 @@ void print_lines(std::string_view text) {
 
 void print_result(std::string_view name, std::string_view text) {
     print_line(fmt::format("{:<16}{}", name, text), kResultsAreThere);
+}
+
+void print_warning(std::string_view text) {
+    std::fputs(fmt::format("merl-scan: warning: {}\n", printable(text)).c_str(), stderr);
 }
 
 void flush_output(std::string_view note) {

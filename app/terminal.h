@@ -9,6 +9,9 @@ namespace merl::app {
 /// that different texts stay different.
 std::string as_utf8(std::string_view text);
 
+/// The text that as_utf8 made this of.
+std::string from_utf8(std::string_view text);
+
 /// as_utf8 with control characters as \xNN too: on one line, and harmless to a terminal.
 std::string printable(std::string_view text);
 
@@ -26,6 +29,9 @@ void print_lines(std::string_view text);
 /// Writes a line of a summary, the text in a column beside its name, after the results are in
 /// place.
 void print_result(std::string_view name, std::string_view text);
+
+/// Writes one line, `printable`, of what the user should know of their input to standard error.
+void print_warning(std::string_view text);
 
 /// Sees to it that what went to standard output arrived. Throws Error (output) like print_line.
 void flush_output(std::string_view note = {});

@@ -1,6 +1,8 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
+#include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -14,8 +16,8 @@
 #include "app/interrupt.h"
 #include "app/options.h"
 #include "app/output_directory.h"
+#include "app/scan_database.h"
 #include "app/terminal.h"
-#include "app/version.h"
 #include "app/votes_json.h"
 #include "app/votes_report.h"
 #include "scan/csv.h"
@@ -47,7 +49,41 @@ struct Options {
 struct Inputs {
     scan::Votes votes;
     std::vector<scan::SurveyAnswer> survey;
+    std::optional<ScanRecord> scanned;                   // what the selection is of
+    std::map<std::string, std::string> material_hashes;  // of it, or of the kit; may be empty
+    std::vector<std::string> warnings;
 };
+
+/// Throws InputError when the kit shows other materials than those that were scanned, or says in
+/// `inputs` that this cannot be told.
+void compare_with_scan(const scan::VoteKit& kit, Inputs& inputs) {
+    if (!inputs.scanned || !inputs.scanned->has_database()) {
+        return;
+    }
+    const auto& scanned = *inputs.scanned;
+    if (!kit.database_kind.empty() && kit.database_kind != scanned.kind) {
+        throw scan::InputError(
+            fmt::format("{}: its spheres are of a {}, and the scan was of a {}, as {} says: these "
+                        "judges saw other materials",
+                        kit.file, kit.database_kind, scanned.kind, scanned.summary));
+    }
+    if (kit.material_hashes.empty() || scanned.material_hashes.empty()) {
+        inputs.warnings.push_back(fmt::format(
+            "{}: was written before contents were recorded; whether its spheres show what was "
+            "scanned was not checked",
+            kit.material_hashes.empty() ? kit.file : scanned.summary));
+        return;
+    }
+    for (const auto& [material, hash] : kit.material_hashes) {
+        const auto found = scanned.material_hashes.find(material);
+        if (found == scanned.material_hashes.end() || found->second != hash) {
+            throw scan::InputError(
+                fmt::format("{}: the sphere of \"{}\" has other content than what was scanned, as "
+                            "{} says: these judges saw other materials",
+                            kit.file, material, scanned.summary));
+        }
+    }
+}
 
 /// `sources` gets the names and hashes of the files.
 Inputs read_inputs(const Options& options, ordered_json& sources) {
@@ -63,6 +99,17 @@ Inputs read_inputs(const Options& options, ordered_json& sources) {
     std::optional<scan::VoteKit> kit;
     if (!options.kit.empty()) {
         kit = scan::parse_vote_kit(read(options.kit, sources["kit"]), options.kit);
+    }
+    auto found = find_scan_record(options.selection, "selection.csv", selection_hash, &selection);
+    inputs.scanned = std::move(found.record);
+    if (inputs.scanned) {
+        inputs.material_hashes = inputs.scanned->material_hashes;
+    }
+    if (kit) {
+        compare_with_scan(*kit, inputs);
+        if (inputs.material_hashes.empty()) {
+            inputs.material_hashes = kit->material_hashes;
+        }
     }
     std::vector<scan::VoteFile> files;
     sources["votes"] = ordered_json::array();
@@ -186,6 +233,7 @@ void print_summary(const Options& options, const Inputs& inputs,
 int print_thesis(const Options& options) {
     ordered_json sources;
     const auto inputs = read_inputs(options, sources);
+    std::ranges::for_each(inputs.warnings, print_warning);
     const auto statistics = scan::vote_statistics(inputs.votes, {.replicates = 0});
     print_lines(scan::thesis_table(inputs.votes, statistics));
     return kSuccess;
@@ -199,23 +247,31 @@ int run(const Options& options) {
                                       "survey.csv",         "votes.html", "summary.json"};
     OutputDirectory out(options.out, options.force, owned);
     ordered_json sources;
-    const auto inputs = read_inputs(options, sources);
+    auto inputs = read_inputs(options, sources);
+    const auto images =
+        sphere_images(inputs.votes, options.spheres, inputs.material_hashes, inputs.warnings);
+    std::ranges::for_each(inputs.warnings, print_warning);
     const auto statistics = scan::vote_statistics(inputs.votes, options.bootstrap);
     throw_if_interrupted();
-    ordered_json summary = {{"program", {{"name", "merl-scan"}, {"version", kVersion}}}};
+    ordered_json summary = program_json();
     summary.update(sources);
+    summary["warnings"] = texts_json(inputs.warnings);
     summary["kit_hash"] = as_utf8(inputs.votes.kit_hash);
     summary["bootstrap"] = {{"replicates", options.bootstrap.replicates},
                             {"seed", options.bootstrap.seed},
                             {"interval", "percentile, 95 %"}};
     summary["figures"] = votes_json(inputs.votes, statistics);
-    const std::string report = votes_report(summary, inputs.votes, inputs.survey, options.spheres);
+    const std::string report = votes_report(summary, inputs.survey, images);
+    if (inputs.scanned) {  // after the page is made: where the database is concerns nobody else
+        summary.update(inputs.scanned->source);
+    }
     out.write("configurations.csv",
               [&](int file) { scan::write_configuration_votes(file, inputs.votes, statistics); });
     out.write("judges.csv",
               [&](int file) { scan::write_judge_votes(file, inputs.votes, statistics); });
     out.write("judgements.csv",
               [&](int file) { scan::write_judgements(file, inputs.votes, statistics); });
+    summary["files"] = {{"judgements.csv", content_hash_of_file(out.path("judgements.csv"))}};
     out.write("survey.csv", [&](int file) { scan::write_survey(file, inputs.survey); });
     out.write("votes.html", [&](int file) { scan::write_all(file, report); });
     out.write("summary.json", [&](int file) { scan::write_all(file, json_text(summary)); });

@@ -6,7 +6,9 @@
 #include <set>
 #include <string_view>
 
+#include "app/image.h"
 #include "app/page.h"
+#include "app/sphere_image.h"
 #include "app/terminal.h"
 #include "app/votes_page_html.h"
 #include "scan/input.h"
@@ -19,8 +21,28 @@ using nlohmann::ordered_json;
 /// A sphere is a small image; all of them are in the page.
 constexpr std::size_t kMostImageBytes = std::size_t{4} << 20U;
 
-/// The images of all materials, as the page embeds them.
-ordered_json images(const scan::Votes& votes, const std::filesystem::path& directory) {
+/// Throws InputError when an image shows other content than the hash says, if there is one.
+/// Otherwise whether that could be told.
+bool shows(const std::string& image, const std::string& path, const std::string& hash) {
+    const auto shown = content_hash_in(png_comment(image));
+    if (!shown.empty() && shown != hash) {
+        throw scan::InputError(
+            fmt::format("{}: shows other content than what was scanned or judged: its content hash "
+                        "is {}, expected {}; `merl-scan render --selection` makes the right images",
+                        path, shown, hash));
+    }
+    return !shown.empty();
+}
+
+}  // namespace
+
+ordered_json sphere_images(const scan::Votes& votes, const std::string& spheres,
+                           const std::map<std::string, std::string>& material_hashes,
+                           std::vector<std::string>& warnings) {
+    if (spheres.empty()) {
+        return ordered_json::object();
+    }
+    const std::filesystem::path directory = spheres;
     constexpr std::string_view kSignature = "\x89PNG\r\n\x1a\n";
     if (!std::filesystem::is_directory(directory)) {
         throw scan::InputError(fmt::format(
@@ -33,6 +55,8 @@ ordered_json images(const scan::Votes& votes, const std::filesystem::path& direc
         materials.insert(configuration.materials.begin(), configuration.materials.end());
     }
     ordered_json result = ordered_json::object();
+    std::size_t unknown = 0;
+    std::string example;
     for (const auto& material : materials) {
         const auto path = directory / (material + ".png");
         // A name is the name of a file in this directory or it has no image.
@@ -47,6 +71,11 @@ ordered_json images(const scan::Votes& votes, const std::filesystem::path& direc
             throw scan::InputError(fmt::format("{}: has {} bytes; expected {} or fewer",
                                                path.string(), image.size(), kMostImageBytes));
         }
+        const auto expected = material_hashes.find(material);
+        if (expected != material_hashes.end() && !shows(image, path.string(), expected->second)) {
+            ++unknown;
+            example = path.string();
+        }
         result[as_utf8(material)] = "data:image/png;base64," + base64(image);
     }
     if (result.empty()) {
@@ -55,20 +84,23 @@ ordered_json images(const scan::Votes& votes, const std::filesystem::path& direc
                         "MATERIAL.png, like {}",
                         directory.string(), materials.size(), *materials.begin() + ".png"));
     }
+    if (unknown > 0) {
+        warnings.push_back(fmt::format(
+            "--spheres {}: {} of {} images, like {}, do not say what they show; whether it is what "
+            "was scanned was not checked",
+            spheres, unknown, result.size(), example));
+    }
     return result;
 }
 
-}  // namespace
-
-std::string votes_report(const ordered_json& summary, const scan::Votes& votes,
-                         const std::vector<scan::SurveyAnswer>& survey,
-                         const std::string& spheres) {
+std::string votes_report(const ordered_json& summary, const std::vector<scan::SurveyAnswer>& survey,
+                         const ordered_json& images) {
     ordered_json data = summary;
     data["survey"] = ordered_json::array();
     for (const auto& [judge, question, answer] : survey) {
         data["survey"].push_back({as_utf8(judge), as_utf8(question), as_utf8(answer)});
     }
-    data["images"] = spheres.empty() ? ordered_json::object() : images(votes, spheres);
+    data["images"] = images;
     return filled_in(kVotesPage, "%DATA%", script_json(data));
 }
 

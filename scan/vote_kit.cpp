@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "scan/input.h"
+#include "scan/json_format.h"
 
 namespace merl::scan {
 namespace {
@@ -92,6 +93,16 @@ KitTrial trial_of(const Object& object) {
     return trial;
 }
 
+void read_database(const Object& database, VoteKit& kit) {
+    kit.database_kind = database.text("kind");
+    if (const json* const hashes = database.find("material_hashes")) {
+        const Object by_material(*hashes, kit.file + ", material_hashes");
+        for (const auto& [material, hash] : hashes->items()) {
+            kit.material_hashes[material] = by_material.text(material.c_str());
+        }
+    }
+}
+
 }  // namespace
 
 VoteKit parse_vote_kit(std::string_view text, const std::string& file) {
@@ -102,13 +113,19 @@ VoteKit parse_vote_kit(std::string_view text, const std::string& file) {
         throw InputError(fmt::format("{}: is no JSON: {}", file, json_fault(error)));
     }
     const Object kit(content, file);
+    expect_known_format(content, file);
     const auto metrics = kit.two_texts("metrics");
     VoteKit result{.file = file,
                    .kit_hash = kit.text("kit_hash"),
                    .selection_hash = kit.text("selection_hash"),
                    .first_metric = metrics.first,
                    .second_metric = metrics.second,
-                   .trials = {}};
+                   .trials = {},
+                   .database_kind = {},
+                   .material_hashes = {}};
+    if (const json* const database = kit.find("database")) {
+        read_database(Object(*database, file + ", database"), result);
+    }
     const json& trials = kit.at("trials");
     if (!trials.is_array() || trials.empty() || trials.size() > max_trials) {
         kit.fail(fmt::format("\"trials\": expected an array of 1 to {} trials", max_trials));

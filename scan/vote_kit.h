@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -19,7 +20,7 @@ struct KitTrial {
     std::optional<double> agreement;
 };
 
-/// What `votes` needs of kit.json.
+/// What `votes` needs of kit.json. Of the last two, which older kits lack, there may be nothing.
 struct VoteKit {
     std::string file;  ///< what errors call it
     std::string kit_hash;
@@ -27,6 +28,8 @@ struct VoteKit {
     std::string first_metric;
     std::string second_metric;
     std::vector<KitTrial> trials;
+    std::string database_kind;
+    std::map<std::string, std::string> material_hashes;  ///< of what is shown, by material
 };
 
 /// Reads kit.json (docs/file-formats.md); keys that it does not know may hold anything. Throws

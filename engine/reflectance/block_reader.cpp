@@ -53,7 +53,7 @@ void fill_up(std::uint64_t voxels, std::span<BlockSamples> blocks) {
 
 MaterialCounts read_blocks(const Database& database, std::size_t material, VoxelRange file,
                            std::span<const VoxelRun> runs, std::span<BlockSamples> blocks,
-                           ContentHash* hash) {
+                           ContentHash* hash, MaterialCheck* check) {
     thread_local std::vector<double> scratch;
     scratch.resize(3 * kReadVoxels);
     MaterialCounts counts;
@@ -67,11 +67,17 @@ MaterialCounts read_blocks(const Database& database, std::size_t material, Voxel
         const double* const green = red + part.size();
         const double* const blue = green + part.size();
         counts.negative += count_negative(red, green, blue, part.size());
+        if (check != nullptr) {
+            check->add_range(part, samples);
+        }
         while (run != runs.end() && run->file_index + done_of_run < part.last) {
             const std::uint64_t from = run->file_index + done_of_run - part.first;
             const std::uint64_t length = std::min(run->length - done_of_run, part.size() - from);
             counts.negative_above_horizon +=
                 count_negative(red + from, green + from, blue + from, length);
+            if (check != nullptr) {
+                check->add_above_horizon({red + from, green + from, blue + from}, length);
+            }
             copy_to_blocks(std::array{red + from, green + from, blue + from}, length,
                            run->position - runs.front().position + done_of_run, blocks);
             done_of_run += length;

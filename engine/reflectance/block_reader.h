@@ -7,6 +7,7 @@
 #include "engine/reflectance/content_hash.h"
 #include "engine/reflectance/database.h"
 #include "engine/reflectance/domain.h"
+#include "engine/reflectance/material_check.h"
 #include "engine/reflectance/metric.h"
 
 namespace merl::reflectance {
@@ -30,11 +31,11 @@ constexpr std::uint64_t block_count(std::uint64_t voxels) {
 
 /// Reads the range `file` of a material and fills `blocks` with its samples at the visited voxels
 /// `runs`, all of which are in that range: negative numbers as zero, and zeros after the last
-/// voxel. With `hash`, what was read is added to it. Any thread may call it.
+/// voxel. With `hash` and `check`, what was read is added to them. Any thread may call it.
 /// Throws what Database::read() throws.
 MaterialCounts read_blocks(const Database& database, std::size_t material, VoxelRange file,
                            std::span<const VoxelRun> runs, std::span<BlockSamples> blocks,
-                           ContentHash* hash = nullptr);
+                           ContentHash* hash = nullptr, MaterialCheck* check = nullptr);
 
 /// The voxels themselves, in whole blocks that are filled up with empty ones.
 std::vector<Voxel> voxels_of(const Domain& domain, std::span<const VoxelRun> runs);

@@ -10,7 +10,16 @@ struct ContentHash::Planes {
         void operator()(XXH3_state_t* state) const { XXH3_freeState(state); }
     };
     std::array<std::unique_ptr<XXH3_state_t, Free>, 3> states;
+    std::array<std::uint64_t, 3> bytes = {};
 };
+
+namespace {
+
+std::string hexadecimal(const XXH128_hash_t& hash) {
+    return fmt::format("{:016x}{:016x}", hash.high64, hash.low64);
+}
+
+}  // namespace
 
 ContentHash::ContentHash(std::size_t materials) {
     for (std::size_t i = 0; i < materials; ++i) {
@@ -27,22 +36,39 @@ ContentHash::~ContentHash() = default;
 
 void ContentHash::update(std::size_t material, std::size_t plane,
                          std::span<const std::byte> bytes) {
-    XXH3_128bits_update(materials_.at(material)->states.at(plane).get(), bytes.data(),
-                        bytes.size());
+    auto& planes = *materials_.at(material);
+    XXH3_128bits_update(planes.states.at(plane).get(), bytes.data(), bytes.size());
+    planes.bytes.at(plane) += bytes.size();
 }
 
 std::string ContentHash::digest(const std::vector<std::string>& materials,
                                 const std::string& header) const {
     std::string all = header;
     for (std::size_t i = 0; i < materials.size(); ++i) {
-        all += '\n' + materials[i];
-        for (const auto& state : materials_.at(i)->states) {
-            const auto plane = XXH3_128bits_digest(state.get());
-            all += fmt::format(" {:016x}{:016x}", plane.high64, plane.low64);
-        }
+        all += '\n' + materials[i] + planes_text(i);
     }
-    const auto hash = XXH3_128bits(all.data(), all.size());
-    return fmt::format("{:016x}{:016x}", hash.high64, hash.low64);
+    return hexadecimal(XXH3_128bits(all.data(), all.size()));
+}
+
+std::string ContentHash::material_digest(std::size_t material, const std::string& header) const {
+    const std::string all = header + '\n' + planes_text(material);
+    return hexadecimal(XXH3_128bits(all.data(), all.size()));
+}
+
+bool ContentHash::same_planes(std::size_t material, std::size_t a, std::size_t b) const {
+    const auto& planes = *materials_.at(material);
+    return planes.bytes.at(a) > 0 && planes.bytes.at(a) == planes.bytes.at(b) &&
+           XXH128_isEqual(XXH3_128bits_digest(planes.states.at(a).get()),
+                          XXH3_128bits_digest(planes.states.at(b).get())) != 0;
+}
+
+/// The hashes of the three planes, a space before each.
+std::string ContentHash::planes_text(std::size_t material) const {
+    std::string text;
+    for (const auto& state : materials_.at(material)->states) {
+        text += ' ' + hexadecimal(XXH3_128bits_digest(state.get()));
+    }
+    return text;
 }
 
 }  // namespace merl::reflectance

@@ -24,8 +24,15 @@ class ContentHash {
     /// 32 hexadecimal digits. `header` is whatever else identifies the database (its grid).
     std::string digest(const std::vector<std::string>& materials, const std::string& header) const;
 
+    /// The same of one material, without its name: whatever has the same content has the same.
+    std::string material_digest(std::size_t material, const std::string& header) const;
+
+    /// Whether two planes of a material were fed the same bytes, and any.
+    bool same_planes(std::size_t material, std::size_t a, std::size_t b) const;
+
   private:
     struct Planes;
+    std::string planes_text(std::size_t material) const;
     std::vector<std::unique_ptr<Planes>> materials_;
 };
 

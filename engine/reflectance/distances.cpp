@@ -232,6 +232,8 @@ DistanceResult compute_distances(device::Context& context, const Database& datab
     context.check_validation();
     result.counts = reader.counts();
     result.content_hash = reader.content_hash();
+    result.material_hashes = reader.material_hashes();
+    result.warnings = reader.warnings();
     seconds.total = total.seconds();
     return result;
 }

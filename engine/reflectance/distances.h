@@ -39,9 +39,11 @@ struct DistanceResult {
     std::vector<MetricDistances> distances;  // per metric
     std::vector<MaterialCounts> counts;      // per material
     std::string content_hash;
-    std::uint64_t voxels = 0;      // visited
-    SlabPlan plan;                 // says which metrics were on_host()
-    std::uint64_t host_bytes = 0;  // held for those
+    std::vector<std::string> material_hashes;  // of each material's content, without its name
+    std::vector<std::string> warnings;         // one line each, for the user
+    std::uint64_t voxels = 0;                  // visited
+    SlabPlan plan;                             // says which metrics were on_host()
+    std::uint64_t host_bytes = 0;              // held for those
     DistanceSeconds seconds;
 };
 

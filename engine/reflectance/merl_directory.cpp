@@ -30,7 +30,8 @@ class MerlDirectory final : public Database {
                             directory.string(), entries_.size(), entries_.size() == 1 ? "" : "s"));
         }
         for (const auto& entry : entries_) {
-            const Grid grid = read_merl_header(entry.path);
+            const auto& header = headers_.emplace_back(read_merl_header(entry.path));
+            const Grid& grid = header.grid;
             if (materials_.empty()) {
                 grid_ = grid;
             } else if (grid != grid_) {
@@ -52,11 +53,12 @@ class MerlDirectory final : public Database {
                 hash->update(material, plane, bytes);
             };
         }
-        read_merl_samples(entries_.at(material).path, grid_, range, samples, raw);
+        read_merl_samples(entries_.at(material).path, headers_.at(material), range, samples, raw);
     }
 
   private:
     std::vector<MerlEntry> entries_;
+    std::vector<MerlHeader> headers_;  // of each, when it was first opened
 };
 
 }  // namespace

@@ -19,8 +19,9 @@ struct MerlEntry {
 /// Throws Error (input) when the directory cannot be read, or when two files name one material.
 std::vector<MerlEntry> list_merl_directory(const std::filesystem::path& directory);
 
-/// A directory of MERL files. Throws Error (input) unless it holds at least two whole files, all of
-/// one grid.
+/// A directory of MERL files, as they are now: a file that changes or is replaced later is an error
+/// of Database::read(), not other content. Throws Error (input) unless it holds at least two whole
+/// files, all of one grid.
 std::unique_ptr<Database> open_merl_directory(const std::filesystem::path& directory);
 
 }  // namespace merl::reflectance

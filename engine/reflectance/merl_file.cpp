@@ -7,11 +7,15 @@
 
 #include <bit>
 #include <cerrno>
+#include <chrono>
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
 #include <cstring>
+#include <limits>
 #include <memory>
+#include <string_view>
+#include <thread>
 
 #include "engine/error.h"
 #include "engine/widest_vectors.h"
@@ -22,6 +26,13 @@ namespace {
 static_assert(std::endian::native == std::endian::little, "MERL files are little-endian");
 
 constexpr std::uint64_t kHeaderBytes = 12;
+
+/// Longer than any step of the kernel's clock that files get their times from.
+constexpr std::int64_t kClockStepNs = 20'000'000;
+
+std::int64_t nanoseconds(const timespec& time) {
+    return std::int64_t{time.tv_sec} * 1'000'000'000 + time.tv_nsec;
+}
 
 /// An open file that closes itself.
 class File {
@@ -37,13 +48,46 @@ class File {
             ::close(descriptor_);
             fail("is not a regular file");
         }
-        bytes_ = static_cast<std::uint64_t>(status.st_size);
+        state_ = state_of(status);
     }
     ~File() { ::close(descriptor_); }
     File(const File&) = delete;
     File& operator=(const File&) = delete;
 
-    std::uint64_t bytes() const { return bytes_; }
+    std::uint64_t bytes() const { return state_.bytes; }
+
+    /// When it was opened.
+    const FileState& state() const { return state_; }
+
+    /// Throws unless the file was in this state when it was opened and still is.
+    void expect(const FileState& expected) const {
+        struct stat status = {};
+        if (::fstat(descriptor_, &status) != 0) {
+            fail(fmt::format("cannot be read: {}", std::strerror(errno)));
+        }
+        for (const auto& found : {state_, state_of(status)}) {
+            if (found != expected) {
+                fail(
+                    fmt::format("changed while it was read: {}; run the command again when "
+                                "nothing writes to the database",
+                                difference(expected, found)));
+            }
+        }
+    }
+
+    /// Waits until a change from now on has another time than the last one, and looks again.
+    void settle() {
+        const auto now = std::chrono::system_clock::now().time_since_epoch();
+        const std::int64_t age =
+            std::chrono::duration_cast<std::chrono::nanoseconds>(now).count() - state_.changed_ns;
+        if (age >= 0 && age < kClockStepNs) {
+            std::this_thread::sleep_for(std::chrono::nanoseconds(kClockStepNs - age));
+            struct stat status = {};
+            if (::fstat(descriptor_, &status) == 0) {
+                state_ = state_of(status);
+            }
+        }
+    }
 
     void read(std::uint64_t offset, std::span<std::byte> to) const {
         while (!to.empty()) {
@@ -55,7 +99,7 @@ class File {
                 fail(got < 0 ? fmt::format("cannot be read at byte {}: {}", offset,
                                            std::strerror(errno))
                              : fmt::format("ends at byte {} while it is read; it had {} bytes",
-                                           offset, bytes_));
+                                           offset, bytes()));
             }
             offset += static_cast<std::uint64_t>(got);
             to = to.subspan(static_cast<std::size_t>(got));
@@ -67,9 +111,27 @@ class File {
     }
 
   private:
+    static FileState state_of(const struct stat& status) {
+        return {.device = status.st_dev,
+                .inode = status.st_ino,
+                .bytes = static_cast<std::uint64_t>(status.st_size),
+                .modified_ns = nanoseconds(status.st_mtim),
+                .changed_ns = nanoseconds(status.st_ctim)};
+    }
+
+    static std::string difference(const FileState& expected, const FileState& found) {
+        return found.device != expected.device || found.inode != expected.inode
+                   ? std::string("another file is in its place")
+               : found.bytes != expected.bytes
+                   ? fmt::format("it had {} bytes and has {}", expected.bytes, found.bytes)
+               : found.modified_ns != expected.modified_ns
+                   ? "it was written to"
+                   : "its time of change (ctime) is another";
+    }
+
     std::filesystem::path path_;
     int descriptor_ = -1;
-    std::uint64_t bytes_ = 0;
+    FileState state_;
 };
 
 Grid checked_header(const File& file) {
@@ -102,13 +164,22 @@ Grid checked_header(const File& file) {
                               described, expected,
                               file.bytes() < expected ? "truncated" : "over-long"));
     }
-    return {static_cast<std::uint32_t>(sizes[0]), static_cast<std::uint32_t>(sizes[1]),
-            static_cast<std::uint32_t>(sizes[2])};
+    const Grid grid = {static_cast<std::uint32_t>(sizes[0]), static_cast<std::uint32_t>(sizes[1]),
+                       static_cast<std::uint32_t>(sizes[2])};
+    if (grid.phi_d == 4 * std::uint64_t{grid.theta_d}) {
+        file.fail(
+            fmt::format("the header says {}; so many phi_d are those of a BRDF over [0, 2 pi), "
+                        "which cannot be read yet; expected phi_d over [0, pi) (MERL: 90 x 90 x "
+                        "180)",
+                        described));
+    }
+    return grid;
 }
 
 /// Whether a number may be used: finite and not above kMaxReflectance (negative: not measured).
+constexpr double kLowest = std::numeric_limits<double>::lowest();
 bool acceptable(double value) {
-    return std::abs(value) <= kMaxReflectance;
+    return value >= kLowest && value <= kMaxReflectance;
 }
 
 /// Multiplies in place. Whether every result is acceptable.
@@ -116,7 +187,7 @@ MERL_SCAN_WIDEST_VECTORS bool scale(std::span<double> samples, double factor) {
     std::uint64_t good = 0;  // counted, which becomes vector instructions
     for (double& value : samples) {
         value *= factor;
-        good += std::abs(value) <= kMaxReflectance ? 1U : 0U;
+        good += std::uint64_t{value >= kLowest} & std::uint64_t{value <= kMaxReflectance};
     }
     return good == samples.size();
 }
@@ -133,18 +204,21 @@ MERL_SCAN_WIDEST_VECTORS bool scale(std::span<double> samples, double factor) {
 
 }  // namespace
 
-Grid read_merl_header(const std::filesystem::path& path) {
-    return checked_header(File(path));
+MerlHeader read_merl_header(const std::filesystem::path& path) {
+    File file(path);
+    file.settle();
+    const Grid grid = checked_header(file);
+    file.expect(file.state());
+    return {grid, file.state()};
 }
 
 void read_merl_samples(
-    const std::filesystem::path& path, const Grid& grid, VoxelRange range,
+    const std::filesystem::path& path, const MerlHeader& header, VoxelRange range,
     std::span<double> samples,
     const std::function<void(std::size_t plane, std::span<const std::byte>)>& raw) {
     const File file(path);
-    if (checked_header(file) != grid) {
-        file.fail(fmt::format("changed while it was read; its grid was {}", grid.text()));
-    }
+    const Grid& grid = header.grid;
+    file.expect(header.state);
     for (std::size_t plane = 0; plane < 3; ++plane) {
         const auto to = samples.subspan(plane * range.size(), range.size());
         file.read(kHeaderBytes + (plane * grid.voxels() + range.first) * sizeof(double),
@@ -160,6 +234,7 @@ void read_merl_samples(
             }
         }
     }
+    file.expect(header.state);
 }
 
 void write_merl_file(const std::filesystem::path& path, const Database& database,

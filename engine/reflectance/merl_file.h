@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <span>
@@ -20,14 +21,37 @@ constexpr std::array<double, 3> kMerlScale = {1.0 / 1500.0, 1.15 / 1500.0, 1.66 
 /// What `NAME.binary` holds for a voxel that was not measured.
 constexpr double kMerlNotMeasured = -1.0;
 
+/// Which file is behind a path, and in which state, as the system tells: whatever writes to it or
+/// puts another in its place changes at least one of these.
+struct FileState {
+    std::uint64_t device = 0;
+    std::uint64_t inode = 0;
+    std::uint64_t bytes = 0;
+    std::int64_t modified_ns = 0;  // the content, since 1970
+    std::int64_t changed_ns = 0;   // or anything about the file; nobody can set it back
+
+    bool operator==(const FileState&) const = default;
+};
+
+/// What is known of a MERL file before its samples are read.
+struct MerlHeader {
+    Grid grid;
+    FileState state;
+};
+
 /// Reads and checks the header against the size of the file. Throws Error (input) on everything
 /// that is not a whole MERL file: missing, not a regular file, empty, truncated, over-long, sizes
-/// that are zero, negative or too large.
-Grid read_merl_header(const std::filesystem::path& path);
+/// that are zero, negative or too large; and on a file over all of phi_d (four times as many phi_d
+/// as theta_d, like 90 x 90 x 360), which nothing but its sizes tells from one over [0, pi).
+///
+/// Waits some milliseconds if the file was written just now: the kernel's clock for files ticks
+/// slowly, and what is written after this returns has to get another time.
+MerlHeader read_merl_header(const std::filesystem::path& path);
 
-/// As Database::read. The header is checked again to be still `grid`.
+/// As Database::read, of a file whose header was read before. Throws Error (input) when it is not
+/// that file any more, or not in that state, before or after reading.
 void read_merl_samples(
-    const std::filesystem::path& path, const Grid& grid, VoxelRange range,
+    const std::filesystem::path& path, const MerlHeader& header, VoxelRange range,
     std::span<double> samples,
     const std::function<void(std::size_t plane, std::span<const std::byte>)>& raw);
 

@@ -43,6 +43,11 @@ struct Slab {
     }
 };
 
+/// The content hash of a whole database, as SlabReader::content_hash() gives it. Reads everything;
+/// `progress` is called after each material with the share that is done, and may throw. Throws what
+/// Database::read() throws.
+std::string content_hash_of(const Database& database, const std::function<void(double)>& progress);
+
 /// Reads a database slab by slab, in order.
 class SlabReader {
   public:
@@ -58,11 +63,19 @@ class SlabReader {
     /// After the last slab.
     const std::vector<MaterialCounts>& counts() const { return counts_; }
     std::string content_hash() const;
+    std::vector<std::string> material_hashes() const;
+
+    /// What looks like a broken copy, for the user: damaged materials, and materials of the same
+    /// content. Voxels that were not visited count as below the horizon.
+    std::vector<std::string> warnings() const;
 
   private:
+    void expect_all_read() const;
+
     const Database& database_;
     const VoxelList& voxels_;
     std::vector<MaterialCounts> counts_;
+    std::vector<MaterialCheck> checks_;
     ContentHash hash_;
     std::uint64_t file_position_ = 0;  // voxels of each file read so far
     tbb::enumerable_thread_specific<std::vector<BlockSamples>> blocks_;

@@ -1,7 +1,6 @@
 #include "engine/reflectance/spheres.h"
 
 #include <fmt/format.h>
-#include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <cmath>
@@ -63,16 +62,15 @@ std::vector<std::uint32_t> compile_sphere() {
                                   [](std::string_view, std::string_view) { return nullptr; });
 }
 
-/// All samples of a material as texels, none negative.
-void read_material(const Database& database, std::size_t material, std::span<Texel> texels) {
+/// All samples of a material as texels, none negative. Returns the hash of what was read.
+std::string read_material(const Database& database, std::size_t material, std::span<Texel> texels) {
     const std::uint64_t voxels = database.grid().voxels();
-    const std::uint64_t parts = (voxels + kReadVoxels - 1) / kReadVoxels;
-    tbb::parallel_for(std::uint64_t{0}, parts, [&](std::uint64_t part) {
-        const VoxelRange range = {part * kReadVoxels, std::min((part + 1) * kReadVoxels, voxels)};
-        thread_local std::vector<double> samples;
-        samples.resize(3 * kReadVoxels);
+    ContentHash hash(database.materials().size());
+    std::vector<double> samples(3 * kReadVoxels);
+    for (std::uint64_t first = 0; first < voxels; first += kReadVoxels) {
+        const VoxelRange range = {first, std::min(first + kReadVoxels, voxels)};
         const auto planes = std::span(samples).first(3 * range.size());
-        database.read(material, range, planes);
+        database.read(material, range, planes, &hash);
         for (std::uint64_t i = 0; i < range.size(); ++i) {
             Texel& texel = texels[range.first + i];
             for (std::size_t plane = 0; plane < 3; ++plane) {
@@ -80,7 +78,8 @@ void read_material(const Database& database, std::size_t material, std::span<Tex
             }
             texel[3] = 0;
         }
-    });
+    }
+    return hash.material_digest(material, database.grid().text());
 }
 
 void require_room(const device::Limits& limits, const Grid& grid, const SphereOptions& options) {
@@ -126,7 +125,7 @@ class Slot {
     }
 
     void start(const Database& database, std::size_t material, std::size_t number) {
-        read_material(database, material, samples_.host_as<Texel>());
+        content_hash_ = read_material(database, material, samples_.host_as<Texel>());
         submission_.submit();
         running_ = true;
         number_ = number;
@@ -140,7 +139,10 @@ class Slot {
         submission_.wait();
         running_ = false;
         for (std::size_t light = 0; light < images_.size(); ++light) {
-            sink(number_, light, images_[light].host_as<const SpherePixel>());
+            sink({.material = number_,
+                  .light = light,
+                  .pixels = images_[light].host_as<const SpherePixel>(),
+                  .content_hash = content_hash_});
         }
     }
 
@@ -161,6 +163,7 @@ class Slot {
     Submission submission_;
     bool running_ = false;
     std::size_t number_ = 0;
+    std::string content_hash_;  // of the material that was started
 };
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <functional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "engine/device/context.h"
@@ -26,10 +27,18 @@ struct SphereOptions {
 /// the share of the pixel that the sphere covers.
 using SpherePixel = std::array<float, 4>;
 
-/// Called with each image when it is done: the number of the material in the list, the number of
-/// the light, and the rows from the top. What it throws ends the rendering and comes out.
-using SphereSink =
-    std::function<void(std::size_t material, std::size_t light, std::span<const SpherePixel>)>;
+/// An image that is done.
+struct SphereImage {
+    std::size_t material;                 // its number in the list
+    std::size_t light;                    // its number
+    std::span<const SpherePixel> pixels;  // rows from the top
+    /// Identifies the samples that were rendered: one of DistanceResult::material_hashes if they
+    /// are those of a scan.
+    const std::string& content_hash;
+};
+
+/// What it throws ends the rendering and comes out.
+using SphereSink = std::function<void(const SphereImage&)>;
 
 /// Renders a sphere of each of the materials (indices into the database's), in order, under each
 /// light. Trilinear interpolation in the M-domain, repeating along M_r; reflectance below zero and

@@ -2,12 +2,13 @@
 
 import os
 import re
+import shutil
 import signal
 import struct
 import subprocess
 
 import support
-from support import GRID, INPUT, OUTPUT, Case
+from support import GRID, INPUT, OUTPUT, SUCCESS, Case
 from support import merl_bytes, samples, voxels, write_database
 
 BYTES = 12 + 24 * voxels(GRID)  # of a whole file
@@ -80,7 +81,7 @@ class BadFile(BadDatabase):
         last = "theta_h 5, theta_d 4, phi_d 7"  # below it
         for value, channel, voxel in (
             ("nan", "red", first), ("inf", "red", last), ("1e300", "green", first),
-            ("-inf", "green", last), ("1e17", "blue", first), ("-1e17", "blue", last),
+            ("-inf", "green", last), ("1e17", "blue", first),
         ):
             with self.subTest(value):
                 numbers = samples(0)
@@ -173,18 +174,79 @@ class Info(Case):
 
     def test_directory(self):
         count = voxels(GRID)
-        some = [1500.0] * (3 * count)
-        some[7] = 3000
+        some = [float(1500 + i) for i in range(3 * count)]
+        some[7] = 300000
         some[8] = some[count + 8] = some[2 * count + 8] = -1
-        some[2 * count + 9] = -1
+        some[2 * count + 9] = -1e308
         some[10] = 0
-        write_database(self.work / "db", {"some": some, "none": [-1.0] * (3 * count)})
+        write_database(self.work / "db", {"some": some, "grey": [1500.0] * (3 * count)})
         output = self.assert_success("database", "info", "db")
         self.assertIn("2 .binary files", output)
-        self.assertRegex(output, rf"(?m)^none +{count} +{count} +nothing was measured$")
         self.assertIn("2 of 2 can be read", output)
         self.assertIn("6 x 5 x 8", output)
-        self.assertEqual(self.rows("db"), {"some": (count, 2, 0, 2)})
+        self.assertEqual(self.rows("db")["some"], (count, 2, 0, 200))
+
+    def test_damaged(self):
+        """Copies that have the right size but not the content."""
+        grid = (20, 20, 30)
+        count = voxels(grid)
+        whole = samples(0, grid)
+        page = merl_bytes(whole, grid)
+        page = page[:40960] + bytes(4096) + page[45056:]
+        page = list(struct.unpack(f"<{3 * count}d", page[12:]))
+        databases = {
+            "minus": ([-1.0] * (3 * count), "nothing above the horizon was measured"),
+            "zero": ([0.0] * (3 * count), "no sample above the horizon is above zero"),
+            "no-blue": (whole[:2 * count] + [0.0] * count, "blue is nowhere above zero"),
+            "red-flat": ([0.75] * count + whole[count:], "red is 0.0005/sr everywhere"),
+            "twins": (whole[:count] * 2 + whole[2 * count:], "red and green are the same"),
+            "little": ([-1.0] * (count * 3 // 4) + whole[count * 3 // 4:], "were not measured"),
+            "page": (page, "like a hole in the file"),
+        }
+        write_database(self.work / "good", {f"m{i}": samples(9 + i, grid) for i in range(2)}, grid)
+        self.assert_success("database", "info", "good")
+        for name, (numbers, words) in databases.items():
+            shutil.copytree(self.work / "good", self.work / name)
+            (self.work / name / "bad.binary").write_bytes(merl_bytes(numbers, grid))
+            result = self.run_program("database", "info", name)
+            self.assertEqual((result.returncode, result.stderr), (INPUT, ""), name)
+            line = re.search(r"(?m)^bad +looks damaged: .*$", result.stdout)[0]
+            self.assertIn(words, line)
+            self.assertIn("1 of 3 looks damaged", result.stdout)
+            for command in (("scan",), ("compare", "--metrics", "rmse,cwcbrt")):
+                result = self.run_program(*command, "--database", name, "--out", "out", "--force",
+                                          "--quiet")
+                self.assertEqual(result.returncode, SUCCESS)
+                warning = f"bad of {name}: "
+                line = self.only_line(result.stderr)
+                self.assertTrue(line.startswith("merl-scan: warning: " + warning) and words in line)
+                (recorded,) = support.read_json(self.work / "out" / "summary.json")["warnings"]
+                self.assertTrue(recorded.startswith(warning) and words in recorded)
+
+    def test_copies(self):
+        write_database(self.work / "db", {name: samples(int(name[1])) for name in
+                                          ("a1", "a2", "b1", "b3", "c1")})
+        result = self.run_program("database", "info", "db")
+        self.assertEqual((result.returncode, result.stderr), (INPUT, ""))
+        self.assertIn("the same content: a1, b1, c1\n", result.stdout)
+        result = self.run_program("scan", "--database", "db")
+        self.assertEqual((result.returncode, self.only_line(result.stderr)),
+                         (SUCCESS, "merl-scan: warning: a1, b1, c1 of db have the same content"))
+
+    def test_all_distances_are_zero(self):
+        write_database(self.work / "db", {name: samples(1) for name in ("a", "b", "c")})
+        result = self.run_program("scan", "--database", "db", "--metrics", "rmse,cwcbrt")
+        self.assertEqual(result.returncode, SUCCESS)
+        for metric in "rmse", "cwcbrt":
+            self.assertIn(f"merl-scan: warning: all distances under {metric} are 0\n", result.stderr)
+
+    def test_over_all_of_phi_d(self):
+        write_database(self.work / "db", 2, (9, 9, 36))
+        for command in ("database", "info"), ("scan", "--database"):
+            result = self.run_program(*command, "db")
+            self.assertEqual(result.returncode, INPUT)
+            self.assertIn("9 x 9 x 36; so many phi_d are those of a BRDF over [0, 2 pi)",
+                          result.stdout + result.stderr)
 
     def test_file(self):
         write_database(self.work / "db", 1)
@@ -202,6 +264,7 @@ class Info(Case):
         self.assertIn("stand-in", output)
         self.assertRegex(output, r"(?m)^chrome +1458000 ")
         self.assertRegex(output, r"(?m)^yellow-plastic +1458000 ")
+        self.assertNotIn("damaged", output)
 
     def test_empty_directory(self):
         (self.work / "db").mkdir()

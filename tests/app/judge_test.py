@@ -113,7 +113,7 @@ class Judge(Case):
             ",1", ",2"))
         self.assert_refused(INPUT, ["edited.csv", "same scan"], *arguments, "--pairs", "edited.csv")
         self.assert_refused(INPUT, ["material \"m0", "--database"], "judge", "--selection",
-                            "results/selection.csv")
+                            "results/selection.csv", "--database", "built-in")
 
     def test_bad_selection(self):
         self.make_selection()

@@ -143,6 +143,7 @@ class Scan(ScanCase):
         self.assertEqual((summary["disagreements"], summary["rate"]), (0, 0))
 
     def test_identical_materials_tie_exactly(self):
+        self.warns = True
         materials = {"a": samples(0), "b": samples(0), "c": samples(0)}
         materials.update({f"m{i}": samples(i) for i in range(1, 11)})
         write_database(self.work / "db", materials)
@@ -157,6 +158,7 @@ class Scan(ScanCase):
         self.assertEqual(summary["counts"]["tied_in_both"], 3 + 10 * 3)
 
     def test_nothing_but_identical_materials(self):
+        self.warns = True
         write_database(self.work / "db", {name: samples(0) for name in "abcde"})
         summary = self.assert_decisions(self.scan("--database", "db"))
         self.assertEqual((summary["disagreements"], summary["rate"]), (0, 0))
@@ -395,6 +397,7 @@ class Exact(ScanCase):
     cut."""
 
     METRICS = ["cwcbrt", "pawcielab"]
+    warns = True  # of black materials and copies
 
     @staticmethod
     def adversaries(grid):

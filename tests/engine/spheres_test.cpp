@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "engine/device/shader_compiler.h"
+#include "engine/reflectance/slab_reader.h"
 #include "tests/engine/support.h"
 
 namespace merl::reflectance {
@@ -33,8 +34,8 @@ std::vector<Rendered> render(device::Context& context, const Database& database,
                              const std::vector<std::size_t>& materials,
                              const SphereOptions& options) {
     std::vector<Rendered> images;
-    render_spheres(context, database, materials, options, [&](auto material, auto light, auto p) {
-        images.push_back({material, light, {p.begin(), p.end()}});
+    render_spheres(context, database, materials, options, [&](const SphereImage& image) {
+        images.push_back({image.material, image.light, {image.pixels.begin(), image.pixels.end()}});
     });
     return images;
 }
@@ -148,6 +149,23 @@ TEST(Spheres, NegativeIsBlackAndNothingIsNotANumber) {
     }
 }
 
+TEST(Spheres, SayWhatTheyShow) {
+    const test::FunctionDatabase database(kGrid, 3, test::random_sample);
+    const Domain domain(kGrid);
+    const VoxelList voxels(domain, VoxelSet::above_horizon);
+    SlabReader reader(database, voxels);
+    reader.read(Slab(domain, voxels, 0, voxels.size()), [](std::size_t, auto) {});
+    const auto hashes = reader.material_hashes();
+    const std::vector<std::size_t> materials = {2, 0, 1};
+    render_spheres(test::lavapipe(), database, materials,
+                   {.size = 16, .field_of_view = 60, .lights = {{1, 1, 1}, {-1, 1, 1}}},
+                   [&](const SphereImage& image) {
+                       EXPECT_EQ(image.content_hash, hashes[materials[image.material]]);
+                   });
+    EXPECT_NE(hashes[0], hashes[1]);
+    EXPECT_EQ(content_hash_of(database, [](double) {}), reader.content_hash());
+}
+
 TEST(Spheres, NoMaterialIsNoImage) {
     EXPECT_TRUE(render(test::lavapipe(), lambertian(), {}, {}).empty());
 }
@@ -155,7 +173,7 @@ TEST(Spheres, NoMaterialIsNoImage) {
 TEST(Spheres, WhatTheSinkThrowsComesOut) {
     EXPECT_THROW(render_spheres(test::lavapipe(), lambertian(), std::vector<std::size_t>{0, 1, 2},
                                 {.size = 32, .field_of_view = 60, .lights = {{1, 1, 1}}},
-                                [](auto, auto, auto) { throw std::runtime_error("stop"); }),
+                                [](const SphereImage&) { throw std::runtime_error("stop"); }),
                  std::runtime_error);
 }
 
