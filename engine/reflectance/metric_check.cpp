@@ -26,7 +26,7 @@ std::string faults(std::uint32_t bits) {
     constexpr std::array kFaults = {
         "has a loop that does not end (docs/metrics.md: the iterations there are)",
         "has an index beyond its array", "divides an integer by zero",
-        "shifts by more than 31 bits", "makes an integer of a number that is none or too large"};
+        "shifts by more than 31 bits", "makes an integer of a number that is none or too large (a conversion)"};
     std::string text;
     for (std::size_t i = 0; i < kFaults.size(); ++i) {
         if ((bits >> i & 1U) != 0) {

@@ -130,7 +130,8 @@ class Guard {
         Id type = 0;
     };
 
-    /// A head of a loop goes on only while the count lasts; then the function ends at once.
+    /// A head of a loop goes on only while the count lasts. Where nothing comes after the loop, the
+    /// function ends then.
     void count_loop(Function& function, const Instruction& merge, Instruction& branch) {
         if (branch.op != spv::OpBranch) {
             throw std::runtime_error("the compiler makes loops of another shape");
@@ -143,16 +144,18 @@ class Guard {
                          .result = goes_on,
                          .operands = {callee.id}});
         code_.push_back(merge);
-        const Id end = module_.new_id();
+        const Id end = merge.operands[0];
         branch = {.op = spv::OpBranchConditional, .operands = {goes_on, next, end}};
-        const auto* const type = module_.global(function.head.type);
-        auto& block = function.blocks.emplace_back();
-        block.label = end;
-        if (type->op == spv::OpTypeVoid) {
-            block.code.push_back({.op = spv::OpReturn, .operands = {}});
-        } else {
-            block.code.push_back(
-                {.op = spv::OpReturnValue, .operands = {module_.null(function.head.type)}});
+        for (auto& block : function.blocks) {
+            if (block.label == end && !block.code.empty() &&
+                block.code.back().op == spv::OpUnreachable) {
+                const bool is_void =
+                    module_.global(function.head.type)->op == spv::OpTypeVoid;
+                block.code.back() =
+                    is_void ? Instruction{.op = spv::OpReturn, .operands = {}}
+                            : Instruction{.op = spv::OpReturnValue,
+                                          .operands = {module_.null(function.head.type)}};
+            }
         }
     }
 

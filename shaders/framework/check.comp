@@ -38,7 +38,7 @@ layout(std430, binding = 2) buffer Finding {
 finding;
 
 layout(push_constant) uniform Push {
-    uint step;
+    uint check_step;
     uint tiles_across;
     uint materials;
     uint groups;  // along x in the second step
@@ -89,6 +89,9 @@ uint offence(uint block, uint texel, vec4 a, vec4 b, out uint scalar, out float 
         }
         if (!is_finite(a[scalar]) || !is_finite(b[scalar])) {
             return is_finite(a[scalar]) ? kSecond : kFirst;
+        }
+        if (weight_at(voxel) == 0.0) {
+            continue;  // beyond the last voxel, or of no weight
         }
         float d = a[scalar] - b[scalar];
         there = difference(d);
@@ -196,7 +199,10 @@ uint look(uint first, uvec2 tile, uint block) {
     for (uint texel = gl_LocalInvocationID.x; texel < kBlockTexels; texel += gl_WorkGroupSize.x) {
         vec4 a = texelFetch(grid, int((from + first) * kBlockTexels + texel));
 #ifndef DEGREE_NUMERATOR
-        if (tile.x == tile.y && a.w > 0.0 && difference(a.xyz, a.xyz) != 0.0) {
+        if (a.w == 0.0) {
+            continue;  // beyond the last voxel, or of no weight
+        }
+        if (tile.x == tile.y && difference(a.xyz, a.xyz) != 0.0) {
             same = min(same, block * kBlockVoxels + texel);
         }
 #endif
@@ -230,7 +236,7 @@ void describe_same() {
         uint at = (block * tiles_across * kTile + material) * kBlockTexels + texel;
         vec4 a = texelFetch(grid, int(at));
         float d = difference(a.xyz, a.xyz);
-        if (a.w > 0.0 && d != 0.0) {
+        if (a.w != 0.0 && d != 0.0) {
             finding.same_material = material;
             finding.same_difference = d;
             return;
@@ -247,9 +253,6 @@ void describe(uint first, uvec2 tile, uint block, uint place) {
     vec4 b = texelFetch(grid, int((from + second) * kBlockTexels + texel));
     uint scalar;
     float there, back;
-#ifdef GUARDED
-    guard_loops = 0;
-#endif
     finding.kind = offence(block, texel, a, b, scalar, there, back);
     finding.there = there;
     finding.back = back;
@@ -273,31 +276,42 @@ void describe(uint first, uvec2 tile, uint block, uint place) {
 }
 
 void main() {
-    if (step == 0) {
+    if (check_step == 0) {
         finding.group = kNothing;
         finding.kind = kFine;
         finding.same_voxel = kNothing;
         return;
     }
-    if (step == 2 && finding.same_voxel != kNothing && gl_LocalInvocationID.x == 0) {
+    if (check_step == 2 && finding.same_voxel != kNothing && gl_LocalInvocationID.x == 0) {
         describe_same();
     }
-    if (step == 2 && finding.group == kNothing) {
+    if (check_step == 2 && finding.group == kNothing) {
         return;
     }
-    uint group_x = step == 1 ? gl_WorkGroupID.x : finding.group % groups;
-    uint block = step == 1 ? gl_WorkGroupID.y : finding.group / groups;
+    uint group_x = check_step == 1 ? gl_WorkGroupID.x : finding.group % groups;
+    uint block = check_step == 1 ? gl_WorkGroupID.y : finding.group / groups;
     uvec2 tile = tile_at(group_x / kTile, tiles_across);
     uint first = tile.x * kTile + group_x % kTile;
     if (first >= materials) {
         return;
     }
     uint place = look(first, tile, block);
-    if (place != kNothing && subgroupElect()) {
-        if (step == 1) {
+    bool cut = false;
+#ifdef GUARDED
+    cut = guard_cut();
+    place = cut ? min(place, 0) : place;
+#endif
+    if (place != kNothing && gl_LocalInvocationID.x == 0) {
+        if (check_step == 1) {
             atomicMin(finding.group, block * groups + group_x);
         } else {
             describe(first, tile, block, place);
+#ifdef GUARDED
+            if (cut) {
+                finding.kind = kFault;
+                finding.there = float(kEndlessLoop);
+            }
+#endif
         }
     }
 }

@@ -51,7 +51,7 @@ void main() {
     dvec3 t2 = transform(dvec3(red.z, green.z, blue.z), fetch_voxel(k + 2));
     dvec3 t3 = transform(dvec3(red.w, green.w, blue.w), fetch_voxel(k + 3));
 #ifdef GUARDED
-    if (guard_faults != 0) {
+    if (guard_cut() || guard_faults != 0) {
         t0 = dvec3(nan64());
     }
 #endif

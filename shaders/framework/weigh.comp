@@ -40,7 +40,7 @@ void main() {
     uint k = gl_GlobalInvocationID.x;
     double result = k < voxel_count ? folded(weight(fetch_voxel(k))) : 0.0;
 #ifdef GUARDED
-    result = guard_faults != 0 ? nan64() : result;
+    result = guard_cut() || guard_faults != 0 ? nan64() : result;
 #endif
     weights[k] = result;
 }
