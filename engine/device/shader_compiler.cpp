@@ -1,10 +1,9 @@
 #include "engine/device/shader_compiler.h"
 
 #include <SPIRV/GlslangToSpv.h>
+#include <fmt/format.h>
 #include <glslang/Public/ResourceLimits.h>
 #include <glslang/Public/ShaderLang.h>
-
-#include <fmt/format.h>
 
 #include <array>
 #include <memory>
@@ -89,8 +88,8 @@ std::string preprocess_shader(const ShaderText& text, const IncludeResolver& res
     const std::scoped_lock lock(one_at_a_time);
     initialize_once();
     const ShaderText beginning = {
-        "", fmt::format("#version {}\n#extension GL_GOOGLE_include_directive : require\n",
-                        kVersion)};
+        "",
+        fmt::format("#version {}\n#extension GL_GOOGLE_include_directive : require\n", kVersion)};
     const std::array<const ShaderText*, 2> texts = {&beginning, &text};
     Shader shader(texts, "");
     Includer includer(resolve);

@@ -27,7 +27,8 @@ class ShaderRefused : public std::runtime_error {
 using IncludeResolver =
     std::function<const ShaderText*(std::string_view name, std::string_view includer)>;
 
-/// A text as the preprocessor leaves it: without macros and comments, with what it includes, and with
+/// A text as the preprocessor leaves it: without macros and comments, with what it includes, and
+/// with
 /// `#line` where a file begins or goes on. Throws ShaderRefused.
 std::string preprocess_shader(const ShaderText& text, const IncludeResolver& resolve);
 

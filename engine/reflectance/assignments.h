@@ -10,9 +10,9 @@ namespace merl::reflectance {
 /// The blocks of a function that are not dead code.
 std::vector<bool> reachable_blocks(const spirv::Function& function);
 
-/// Finds variables that are read before they have a value, on any path through a function, scalar by
-/// scalar: after `v.x = 1.0` only v.x has one. An index that is not constant may be any; so it reads
-/// all elements, and gives a value to none.
+/// Finds variables that are read before they have a value, on any path through a function, scalar
+/// by scalar: after `v.x = 1.0` only v.x has one. An index that is not constant may be any; so it
+/// reads all elements, and gives a value to none.
 class Assignments {
   public:
     explicit Assignments(const spirv::Module& module) : module_(module) {}

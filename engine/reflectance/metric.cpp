@@ -42,8 +42,8 @@ std::vector<Metric> open_built(std::span<const BuiltMetric> built) {
     return all;
 }
 
-/// The text as the compiler should read it: lines end in a line feed, whatever editor wrote them, and
-/// a byte order mark is no part of it.
+/// The text as the compiler should read it: lines end in a line feed, whatever editor wrote them,
+/// and a byte order mark is no part of it.
 std::string plain_text(std::string_view text) {
     constexpr std::string_view kByteOrderMark = "\xef\xbb\xbf";
     if (text.starts_with(kByteOrderMark)) {

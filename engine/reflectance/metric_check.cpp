@@ -26,7 +26,8 @@ std::string faults(std::uint32_t bits) {
     constexpr std::array kFaults = {
         "has a loop that does not end (docs/metrics.md: the iterations there are)",
         "has an index beyond its array", "divides an integer by zero",
-        "shifts by more than 31 bits", "makes an integer of a number that is none or too large (a conversion)"};
+        "shifts by more than 31 bits",
+        "makes an integer of a number that is none or too large (a conversion)"};
     std::string text;
     for (std::size_t i = 0; i < kFaults.size(); ++i) {
         if ((bits >> i & 1U) != 0) {
@@ -95,10 +96,11 @@ std::string explain(const Finding& finding, const Metric& metric, const Database
 
 std::string warn_of_same(const Finding& finding, const Metric& metric, const Database& database,
                          std::uint64_t file_index) {
-    return fmt::format("{}: difference(a, a) is {:g}, not 0: a material differs from itself; {}, "
-                       "material {}",
-                       metric.name, finding.same_difference, place(database, file_index),
-                       sample_text(database, finding.same_material, file_index));
+    return fmt::format(
+        "{}: difference(a, a) is {:g}, not 0: a material differs from itself; {}, "
+        "material {}",
+        metric.name, finding.same_difference, place(database, file_index),
+        sample_text(database, finding.same_material, file_index));
 }
 
 }  // namespace merl::reflectance

@@ -14,14 +14,14 @@ namespace merl::reflectance {
 struct Finding {
     enum Kind : std::uint32_t {
         fine,
-        weight,       // negative, NaN or infinite
-        first,        // the first material's transformed sample is NaN or infinite
-        second,       // the second's
-        not_finite,   // the difference is
-        negative,     // likewise
-        asymmetric,   // likewise
-        not_degree,   // it is not |d|^degree
-        fault         // it went wrong on the way
+        weight,      // negative, NaN or infinite
+        first,       // the first material's transformed sample is NaN or infinite
+        second,      // the second's
+        not_finite,  // the difference is
+        negative,    // likewise
+        asymmetric,  // likewise
+        not_degree,  // it is not |d|^degree
+        fault        // it went wrong on the way
     };
     std::uint32_t group;
     Kind kind;

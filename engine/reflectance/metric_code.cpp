@@ -15,7 +15,8 @@ namespace {
 
 using namespace spirv;
 
-/// Instructions that compute something of their operands and do nothing else, or say where to go on.
+/// Instructions that compute something of their operands and do nothing else, or say where to go
+/// on.
 const std::set<spv::Op> kAllowed = {
     spv::OpUndef,  // where a path ends without a result: its own message
     spv::OpUnreachable,
@@ -107,25 +108,62 @@ const std::set<spv::Op> kAllowed = {
 
 /// Likewise, of the functions of GLSL that have no instruction of their own.
 const std::set<Word> kAllowedFunctions = {
-    GLSLstd450Round,       GLSLstd450RoundEven,       GLSLstd450Trunc,
-    GLSLstd450FAbs,        GLSLstd450SAbs,            GLSLstd450FSign,
-    GLSLstd450SSign,       GLSLstd450Floor,           GLSLstd450Ceil,
-    GLSLstd450Fract,       GLSLstd450Radians,         GLSLstd450Degrees,
-    GLSLstd450Sin,         GLSLstd450Cos,             GLSLstd450Tan,
-    GLSLstd450Asin,        GLSLstd450Acos,            GLSLstd450Atan,
-    GLSLstd450Sinh,        GLSLstd450Cosh,            GLSLstd450Tanh,
-    GLSLstd450Asinh,       GLSLstd450Acosh,           GLSLstd450Atanh,
-    GLSLstd450Atan2,       GLSLstd450Pow,             GLSLstd450Exp,
-    GLSLstd450Log,         GLSLstd450Exp2,            GLSLstd450Log2,
-    GLSLstd450Sqrt,        GLSLstd450InverseSqrt,     GLSLstd450Determinant,
-    GLSLstd450MatrixInverse, GLSLstd450FMin,          GLSLstd450UMin,
-    GLSLstd450SMin,        GLSLstd450FMax,            GLSLstd450UMax,
-    GLSLstd450SMax,        GLSLstd450FClamp,          GLSLstd450UClamp,
-    GLSLstd450SClamp,      GLSLstd450FMix,            GLSLstd450Step,
-    GLSLstd450SmoothStep,  GLSLstd450Fma,             GLSLstd450PackDouble2x32,
-    GLSLstd450UnpackDouble2x32, GLSLstd450Length,     GLSLstd450Distance,
-    GLSLstd450Cross,       GLSLstd450Normalize,       GLSLstd450FaceForward,
-    GLSLstd450Reflect,     GLSLstd450Refract,
+    GLSLstd450Round,
+    GLSLstd450RoundEven,
+    GLSLstd450Trunc,
+    GLSLstd450FAbs,
+    GLSLstd450SAbs,
+    GLSLstd450FSign,
+    GLSLstd450SSign,
+    GLSLstd450Floor,
+    GLSLstd450Ceil,
+    GLSLstd450Fract,
+    GLSLstd450Radians,
+    GLSLstd450Degrees,
+    GLSLstd450Sin,
+    GLSLstd450Cos,
+    GLSLstd450Tan,
+    GLSLstd450Asin,
+    GLSLstd450Acos,
+    GLSLstd450Atan,
+    GLSLstd450Sinh,
+    GLSLstd450Cosh,
+    GLSLstd450Tanh,
+    GLSLstd450Asinh,
+    GLSLstd450Acosh,
+    GLSLstd450Atanh,
+    GLSLstd450Atan2,
+    GLSLstd450Pow,
+    GLSLstd450Exp,
+    GLSLstd450Log,
+    GLSLstd450Exp2,
+    GLSLstd450Log2,
+    GLSLstd450Sqrt,
+    GLSLstd450InverseSqrt,
+    GLSLstd450Determinant,
+    GLSLstd450MatrixInverse,
+    GLSLstd450FMin,
+    GLSLstd450UMin,
+    GLSLstd450SMin,
+    GLSLstd450FMax,
+    GLSLstd450UMax,
+    GLSLstd450SMax,
+    GLSLstd450FClamp,
+    GLSLstd450UClamp,
+    GLSLstd450SClamp,
+    GLSLstd450FMix,
+    GLSLstd450Step,
+    GLSLstd450SmoothStep,
+    GLSLstd450Fma,
+    GLSLstd450PackDouble2x32,
+    GLSLstd450UnpackDouble2x32,
+    GLSLstd450Length,
+    GLSLstd450Distance,
+    GLSLstd450Cross,
+    GLSLstd450Normalize,
+    GLSLstd450FaceForward,
+    GLSLstd450Reflect,
+    GLSLstd450Refract,
 };
 
 const std::set<std::string> kRoots = {"transform", "weight", "difference"};
@@ -144,7 +182,8 @@ class Check {
             function_of_[module.functions[i].id()] = i;
         }
         for (const auto& i : module.globals) {
-            if (i.op == spv::OpVariable || (i.op >= spv::OpSpecConstantTrue && i.op <= spv::OpSpecConstantOp)) {
+            if (i.op == spv::OpVariable ||
+                (i.op >= spv::OpSpecConstantTrue && i.op <= spv::OpSpecConstantOp)) {
                 out_of_reach_.insert(i.result);
             }
         }
@@ -161,9 +200,10 @@ class Check {
         for (const auto i : order_) {
             const auto& function = module_.functions[i];
             if (const auto* const offence = assignments.check(function)) {
-                refuse(*offence, fmt::format("in {}() a variable may be read before it has a value: "
-                                             "give it one where it is declared",
-                                             short_name(module_, function.id())));
+                refuse(*offence,
+                       fmt::format("in {}() a variable may be read before it has a value: "
+                                   "give it one where it is declared",
+                                   short_name(module_, function.id())));
             }
         }
         return order_;
@@ -175,8 +215,8 @@ class Check {
         if (name.empty() || at.line == 0) {
             throw Error(Fault::input, fmt::format("{}: {}", file_, message));
         }
-        throw Error(Fault::input, fmt::format("{}:{}: {}", name == text_name_ ? file_ : name,
-                                              at.line, message));
+        throw Error(Fault::input,
+                    fmt::format("{}:{}: {}", name == text_name_ ? file_ : name, at.line, message));
     }
 
     /// A variable of the whole file would keep its value from one call to the next, or be computed
@@ -226,11 +266,11 @@ class Check {
     void check(const Instruction& i, const std::string& name) {
         if (!kAllowed.contains(i.op) &&
             !(i.op == spv::OpExtInst && kAllowedFunctions.contains(i.operands[1]))) {
-            refuse(i, fmt::format("{}() does what a metric has no use for ({} {}): a metric computes "
-                                  "numbers from numbers",
-                                  name,
-                                  i.op == spv::OpExtInst ? "GLSL.std.450 function" : "SPIR-V opcode",
-                                  i.op == spv::OpExtInst ? i.operands[1] : static_cast<Word>(i.op)));
+            refuse(i, fmt::format(
+                          "{}() does what a metric has no use for ({} {}): a metric computes "
+                          "numbers from numbers",
+                          name, i.op == spv::OpExtInst ? "GLSL.std.450 function" : "SPIR-V opcode",
+                          i.op == spv::OpExtInst ? i.operands[1] : static_cast<Word>(i.op)));
         }
         if (i.op == spv::OpVariable && i.operands[0] != spv::StorageClassFunction) {
             refuse(i, fmt::format("{}() has a variable that is not its own", name));
@@ -256,9 +296,9 @@ class Check {
                     const Function& function) const {
         for (const Id target : targets_of(block.code.back())) {
             const auto& code = function.blocks[place.at(target)].code;
-            const bool is_loop =
-                std::any_of(code.begin(), code.end(),
-                            [](const Instruction& i) { return i.op == spv::OpLoopMerge; });
+            const bool is_loop = std::any_of(code.begin(), code.end(), [](const Instruction& i) {
+                return i.op == spv::OpLoopMerge;
+            });
             if (place.at(target) <= b && !is_loop) {
                 refuse(block.code.back(), "a jump back that is no loop");
             }

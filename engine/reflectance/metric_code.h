@@ -18,11 +18,11 @@ namespace merl::reflectance {
 std::vector<std::size_t> check_metric_code(const spirv::Module& module, const std::string& file,
                                            const std::string& text_name);
 
-/// Changes the metric's functions (what check_metric_code() gave) so that they fail where they would
-/// go wrong in silence: loops are counted, indices, shifts, integer divisors and conversions are
-/// looked at, division by zero and its like give what IEEE 754 says, also on a device that does not
-/// follow it, and a NaN is not lost. shaders/framework/guards.glsl has the functions that they call
-/// instead, and must be in the module.
+/// Changes the metric's functions (what check_metric_code() gave) so that they fail where they
+/// would go wrong in silence: loops are counted, indices, shifts, integer divisors and conversions
+/// are looked at, division by zero and its like give what IEEE 754 says, also on a device that does
+/// not follow it, and a NaN is not lost. shaders/framework/guards.glsl has the functions that they
+/// call instead, and must be in the module.
 void guard_metric_code(spirv::Module& module, const std::vector<std::size_t>& functions);
 
 }  // namespace merl::reflectance

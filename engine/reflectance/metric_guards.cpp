@@ -17,10 +17,14 @@ using namespace spirv;
 const std::map<spv::Op, const char*> kInstead = {{spv::OpFDiv, "guard_divide"},
                                                  {spv::OpFMod, "guard_modulo"}};
 const std::map<Word, const char*> kFunctionInstead = {
-    {GLSLstd450Pow, "guard_pow"},     {GLSLstd450Atan, "guard_atan"},
-    {GLSLstd450Atan2, "guard_atan"},  {GLSLstd450FMin, "guard_min"},
-    {GLSLstd450FMax, "guard_max"},    {GLSLstd450FClamp, "guard_clamp"},
-    {GLSLstd450FSign, "guard_sign"},  {GLSLstd450Step, "guard_step"},
+    {GLSLstd450Pow, "guard_pow"},
+    {GLSLstd450Atan, "guard_atan"},
+    {GLSLstd450Atan2, "guard_atan"},
+    {GLSLstd450FMin, "guard_min"},
+    {GLSLstd450FMax, "guard_max"},
+    {GLSLstd450FClamp, "guard_clamp"},
+    {GLSLstd450FSign, "guard_sign"},
+    {GLSLstd450Step, "guard_step"},
     {GLSLstd450SmoothStep, "guard_smoothstep"},
 };
 
@@ -149,8 +153,7 @@ class Guard {
         for (auto& block : function.blocks) {
             if (block.label == end && !block.code.empty() &&
                 block.code.back().op == spv::OpUnreachable) {
-                const bool is_void =
-                    module_.global(function.head.type)->op == spv::OpTypeVoid;
+                const bool is_void = module_.global(function.head.type)->op == spv::OpTypeVoid;
                 block.code.back() =
                     is_void ? Instruction{.op = spv::OpReturn, .operands = {}}
                             : Instruction{.op = spv::OpReturnValue,
@@ -245,9 +248,9 @@ class Guard {
                     per_component("guard_shift", type_of(i.operands[1]), {i.operands[1]});
             }
         } else if (i.op == spv::OpConvertFToS || i.op == spv::OpConvertFToU) {
-            i.operands[0] = per_component(
-                i.op == spv::OpConvertFToS ? "guard_to_int" : "guard_to_uint",
-                type_of(i.operands[0]), {i.operands[0]});
+            i.operands[0] =
+                per_component(i.op == spv::OpConvertFToS ? "guard_to_int" : "guard_to_uint",
+                              type_of(i.operands[0]), {i.operands[0]});
         } else if (i.op == spv::OpVectorExtractDynamic) {
             check_index(i.operands[1], type_of(i.operands[0]));
         } else if (i.op == spv::OpVectorInsertDynamic) {
@@ -281,12 +284,11 @@ class Guard {
         index = call("guard_index", index_type, {index, constant(index_type, size)});
     }
 
-    void call_instead(const Instruction& i, const std::string& name, const std::vector<Id>& values) {
+    void call_instead(const Instruction& i, const std::string& name,
+                      const std::vector<Id>& values) {
         const Id result = per_component(name, i.type, values);
-        code_.push_back({.op = spv::OpCopyObject,
-                         .type = i.type,
-                         .result = i.result,
-                         .operands = {result}});
+        code_.push_back(
+            {.op = spv::OpCopyObject, .type = i.type, .result = i.result, .operands = {result}});
     }
 
     /// Calls a function for each component of the values, which are scalars or vectors of one size.
@@ -299,8 +301,8 @@ class Guard {
         for (Word k = 0; k < t.operands[1]; ++k) {
             std::vector<Id> arguments;
             for (const Id value : values) {
-                arguments.push_back(emit(spv::OpCompositeExtract,
-                                         module_.scalar_type(type_of(value)), {value, k}));
+                arguments.push_back(
+                    emit(spv::OpCompositeExtract, module_.scalar_type(type_of(value)), {value, k}));
             }
             components.push_back(call(name, t.operands[0], arguments));
         }
@@ -324,7 +326,8 @@ class Guard {
     Id emit(spv::Op op, Id type, std::vector<Word> operands) {
         const Id result = module_.new_id();
         types_[result] = type;
-        code_.push_back({.op = op, .type = type, .result = result, .operands = std::move(operands)});
+        code_.push_back(
+            {.op = op, .type = type, .result = result, .operands = std::move(operands)});
         return result;
     }
 

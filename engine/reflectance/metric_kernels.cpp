@@ -158,8 +158,8 @@ MetricKernels compile_kernels(const Metric& metric) {
     };
     return {.weigh = compile_if(!metric.has_twin(), "weigh", true),
             .prepare = compile_if(!metric.has_twin(), "prepare", true),
-            .difference = metric.has_bound() ? compile("difference", false)
-                                             : compile("any_difference", true),
+            .difference =
+                metric.has_bound() ? compile("difference", false) : compile("any_difference", true),
             .norms = compile_if(metric.has_norms(), "norms", false),
             .ranges = compile_if(metric.has_slopes(), "ranges", false),
             .slopes = compile_if(metric.has_slopes(), "slopes", false),

@@ -53,8 +53,9 @@ class Words {
 
   private:
     [[noreturn]] void refuse(const std::string& message) const {
-        throw Error(Fault::input, fmt::format("{}:{}: {}", current_ == text_name_ ? file_ : current_,
-                                              line_, message));
+        throw Error(
+            Fault::input,
+            fmt::format("{}:{}: {}", current_ == text_name_ ? file_ : current_, line_, message));
     }
 
     std::string_view word() {

@@ -2,7 +2,6 @@
 
 #define SPV_ENABLE_UTILITY_CODE
 #include <SPIRV/spirv.hpp>
-
 #include <array>
 #include <cstdint>
 #include <deque>

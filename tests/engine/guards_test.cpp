@@ -98,8 +98,9 @@ void expect_real(const std::string& expression, int arguments, Held held, const 
         const Real y = results[i];
         bool fine = false;
         if (held == Held::not_silent) {
-            fine = !std::isfinite(y) || (std::isfinite(expected) &&
-                                         std::abs(y - expected) <= 5e-4 * std::abs(expected) + 1e-6);
+            fine =
+                !std::isfinite(y) || (std::isfinite(expected) &&
+                                      std::abs(y - expected) <= 5e-4 * std::abs(expected) + 1e-6);
         } else if (std::isfinite(expected) && std::isfinite(y)) {
             fine = std::abs(y - expected) <= 1e-6 * std::abs(expected) + 2 * Limits::min();
         } else {
@@ -166,14 +167,13 @@ TEST(Guards, NoNanIsLost) {
     expect("sign(a)", 1, exactly, [](double a, double, double) {
         return std::isnan(a) ? kNan : (a > 0 ? 1.0 : 0.0) - (a < 0 ? 1.0 : 0.0);
     });
-    expect("step(a, b)", 2, exactly, [](double a, double b, double) {
-        return any_nan(a, b) ? kNan : (b < a ? 0.0 : 1.0);
-    });
+    expect("step(a, b)", 2, exactly,
+           [](double a, double b, double) { return any_nan(a, b) ? kNan : (b < a ? 0.0 : 1.0); });
     expect("smoothstep(a, b, 0.25)", 2, Held::not_silent, [](double a, double b, double) {
         const double range = b - a;  // which may be beyond float32
-        const double ratio = (0.25 - a) / (std::isinf(static_cast<float>(range))
-                                               ? std::copysign(HUGE_VAL, range)
-                                               : range);
+        const double ratio =
+            (0.25 - a) /
+            (std::isinf(static_cast<float>(range)) ? std::copysign(HUGE_VAL, range) : range);
         const double t = std::isnan(ratio) ? kNan : std::clamp(ratio, 0.0, 1.0);
         return t * t * (3 - 2 * t);
     });

@@ -161,14 +161,17 @@ TEST(MetricKernels, TheKernelsAreOutOfReach) {
 }
 
 TEST(MetricKernels, NothingIsHiddenInAMacroOrAComment) {
-    expect_refused("#define L(x, y) x##y\nL(lay, out)(binding = 3) buffer B { float b[]; };\n" + kRest,
-                   {":2: ", "layout"});
+    expect_refused(
+        "#define L(x, y) x##y\nL(lay, out)(binding = 3) buffer B { float b[]; };\n" + kRest,
+        {":2: ", "layout"});
     expect_refused("lay\\\nout(binding = 3) buffer B { float b[]; };\n" + kRest, {"layout"});
     expect_refused("#define S sha\\\nred\nS float x[100];\n" + kRest, {":3: ", "shared"});
     expect_refused("/*/ // */ shared float x[100];\n" + kRest, {":1: ", "shared"});
-    expect_refused("#define G gl_Global\n#define H(x) x##InvocationID\n#define I(x) H(x)\n"
-                   "float f() { return float(I(G).x); }\n" + kRest,
-                   {":4: ", "gl_"});
+    expect_refused(
+        "#define G gl_Global\n#define H(x) x##InvocationID\n#define I(x) H(x)\n"
+        "float f() { return float(I(G).x); }\n" +
+            kRest,
+        {":4: ", "gl_"});
     expect_refused("#error not today\n" + kRest, {":1: ", "not today"});
     expect_refused("#include \"lib/cielab.glsl\"\n\n#line 3\n" + kRest, {":3: ", "#line"});
 }
@@ -176,24 +179,37 @@ TEST(MetricKernels, NothingIsHiddenInAMacroOrAComment) {
 /// `body` is that of the difference.
 void expect_difference_refused(const std::string& body, const std::vector<std::string>& parts,
                                const std::string& before = "") {
-    expect_refused(kTransform + kWeight + before +
-                       "float difference(vec3 a, vec3 b) {\n" + body + "\n}\n",
-                   parts);
+    expect_refused(
+        kTransform + kWeight + before + "float difference(vec3 a, vec3 b) {\n" + body + "\n}\n",
+        parts);
 }
 
 TEST(MetricKernels, OnlyArithmeticIsAllowed) {
-    for (const char* statement :
-         {"barrier();", "memoryBarrier();", "memoryBarrierShared();", "groupMemoryBarrier();",
-          "a.x = subgroupAdd(a.x);", "a = texelFetch(grid, 0).xyz;", "guard_faults = 0;",
-          "guard_loops = 0;", "a.x = guard_min(a.x, b.x);", "guard_loop();",
-          "a.x = float(kTile);", "a.x = float(materials);", "finding.kind = 0;",
-          "atomicMin(finding.kind, 0);", "a.x = float(bitfieldExtract(7u, 30, 9));",
-          "a.x = float(findMSB(7u));", "look(0, uvec2(0), 0);",
-          "a.x = interpolateAtCentroid(a.x);", "demote;", "discard;"}) {
+    for (const char* statement : {"barrier();",
+                                  "memoryBarrier();",
+                                  "memoryBarrierShared();",
+                                  "groupMemoryBarrier();",
+                                  "a.x = subgroupAdd(a.x);",
+                                  "a = texelFetch(grid, 0).xyz;",
+                                  "guard_faults = 0;",
+                                  "guard_loops = 0;",
+                                  "a.x = guard_min(a.x, b.x);",
+                                  "guard_loop();",
+                                  "a.x = float(kTile);",
+                                  "a.x = float(materials);",
+                                  "finding.kind = 0;",
+                                  "atomicMin(finding.kind, 0);",
+                                  "a.x = float(bitfieldExtract(7u, 30, 9));",
+                                  "a.x = float(findMSB(7u));",
+                                  "look(0, uvec2(0), 0);",
+                                  "a.x = interpolateAtCentroid(a.x);",
+                                  "demote;",
+                                  "discard;"}) {
         expect_difference_refused(std::string("a.x += 1.0;\n") + statement + "\nreturn a.x;",
                                   {"./my.glsl:5: "});
     }
-    expect_difference_refused("a.x += 1.0;\nbarrier();\nreturn a.x;", {"./my.glsl:5: ", "difference()"});
+    expect_difference_refused("a.x += 1.0;\nbarrier();\nreturn a.x;",
+                              {"./my.glsl:5: ", "difference()"});
     expect_difference_refused("return a.x + texelFetch(grid, 0).x;", {"./my.glsl:4: ", "grid"});
 }
 
@@ -202,11 +218,13 @@ TEST(MetricKernels, VariablesOfTheWholeFileAreRefused) {
         expect_difference_refused("return a.x;", {"./my.glsl: ", "\"s\"", "whole file"},
                                   std::string(variable) + "\n");
     }
-    expect_difference_refused("return s;", {"\"s\""}, "float f() { return 2.0; }\nfloat s = f();\n");
-    expect_valid(metric_of("const float s = 2.0 * sin(1.0);\nconst float t[3] = float[](1.0, s, 0.0);\n" +
-                           kTransform + kWeight +
-                           "float difference(vec3 a, vec3 b) {\n"
-                           "    int i = a.x > b.x ? 1 : 2;\n    return t[i] * distance(a, b);\n}\n"));
+    expect_difference_refused("return s;", {"\"s\""},
+                              "float f() { return 2.0; }\nfloat s = f();\n");
+    expect_valid(
+        metric_of("const float s = 2.0 * sin(1.0);\nconst float t[3] = float[](1.0, s, 0.0);\n" +
+                  kTransform + kWeight +
+                  "float difference(vec3 a, vec3 b) {\n"
+                  "    int i = a.x > b.x ? 1 : 2;\n    return t[i] * distance(a, b);\n}\n"));
 }
 
 TEST(MetricKernels, VariablesWithoutAValueAreRefused) {
@@ -219,12 +237,10 @@ TEST(MetricKernels, VariablesWithoutAValueAreRefused) {
           "float s; switch (int(a.x)) { case 0: s = 1.0; break; case 1: s = 2.0; } return s;",
           "vec3 s; s.x = 1.0; s.z = 1.0; return s.x + s.y;",
           "float s[3]; s[0] = 1.0; s[1] = 1.0; return s[int(a.x)];",
-          "float s[3]; s[int(a.x)] = 1.0; return s[0];",
-          "vec3 s; s += a; return s.x;",
+          "float s[3]; s[int(a.x)] = 1.0; return s[0];", "vec3 s; s += a; return s.x;",
           "float s; s += 1.0; return s;",
           "Voxel s; s.theta_h = 1.0; Voxel t = s; return t.theta_h;",
-          "mat3 s; s[1] = a; return s[0].x;",
-          "bool s; return s || a.x > 1.0 ? 1.0 : 2.0;"}) {
+          "mat3 s; s[1] = a; return s[0].x;", "bool s; return s || a.x > 1.0 ? 1.0 : 2.0;"}) {
         expect_difference_refused(body, words);
     }
     expect_difference_refused("float s; f(s); return s;", words,
@@ -243,7 +259,8 @@ TEST(MetricKernels, VariablesWithoutAValueAreRefused) {
         expect_valid(metric_of(kTransform + kWeight +
                                "void f(out float x) { x = 3.0; }\n"
                                "void g(inout float x) { x += 1.0; }\n"
-                               "float difference(vec3 a, vec3 b) { " + body + " }\n"));
+                               "float difference(vec3 a, vec3 b) { " +
+                               body + " }\n"));
     }
 }
 
@@ -253,21 +270,25 @@ TEST(MetricKernels, EveryPathNeedsAReturn) {
                               {"difference()", "return"});
     expect_difference_refused("return f(a.x);", {"f()", "return"},
                               "float f(float x) { if (x > 1.0) { return 1.0; } }\n");
-    expect_valid(metric_of(kTransform + kWeight +
-                           "float difference(vec3 a, vec3 b) {\n"
-                           "    if (a.x > b.x) { return a.x - b.x; } else { return b.x - a.x; }\n}\n"));
+    expect_valid(
+        metric_of(kTransform + kWeight +
+                  "float difference(vec3 a, vec3 b) {\n"
+                  "    if (a.x > b.x) { return a.x - b.x; } else { return b.x - a.x; }\n}\n"));
 }
 
 TEST(MetricKernels, FunctionsThatTheKernelsUseCannotBeReplaced) {
-    expect_refused("bool is_finite(float x) { return true; }\n" + kRest, {"./my.glsl:1: ", "is_finite"});
-    expect_refused("float guard_divide(const in float a, const in float b) { return 1.0; }\n" + kRest,
-                   {"./my.glsl:1: ", "guard_divide"});
+    expect_refused("bool is_finite(float x) { return true; }\n" + kRest,
+                   {"./my.glsl:1: ", "is_finite"});
+    expect_refused(
+        "float guard_divide(const in float a, const in float b) { return 1.0; }\n" + kRest,
+        {"./my.glsl:1: ", "guard_divide"});
     expect_refused("double nan64() { return 0.0; }\n" + kRest, {"./my.glsl:1: ", "nan64"});
     expect_refused("#define float int\n" + kRest, {"./my.glsl:"});
     expect_refused("#define Voxel float\n" + kRest, {"./my.glsl"});
-    for (const char* macro : {"#undef float", "#define guard_loop() true", "#define kMostLoops 4000000000u",
-                              "#define GUARDED", "#define main nothing", "#define if while",
-                              "#define METRIC_FLOAT64"}) {
+    for (const char* macro :
+         {"#undef float", "#define guard_loop() true", "#define kMostLoops 4000000000u",
+          "#define GUARDED", "#define main nothing", "#define if while",
+          "#define METRIC_FLOAT64"}) {
         expect_valid(metric_of(std::string(macro) + "\n" + kRest));
     }
 }

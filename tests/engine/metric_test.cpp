@@ -256,23 +256,27 @@ TEST(Metric, TheLibraryIsThatOfItsFormulas) {
     EXPECT_EQ(weight(find_metric("ngan"), v), 5 / 3.14159265358979324);  // no digit is lost
 }
 
-/// Ngan's weights are shares of the solid angle, whatever is left out of it: they have mean 1. So the
-/// distance of two materials that differ by 1 in one channel, times the cosine, does not depend on it.
+/// Ngan's weights are shares of the solid angle, whatever is left out of it: they have mean 1. So
+/// the distance of two materials that differ by 1 in one channel, times the cosine, does not depend
+/// on it.
 TEST(Metric, NgansWeightsAddUpToOne) {
     const Domain domain({.theta_h = 90, .theta_d = 90, .phi_d = 180});
-    for (const auto& [name, error] :
-         {std::pair("ngan", 2e-3), {"ngan:largest_angle=80", 2e-3}, {"ngan:largest_angle=60", 2e-3},
-          {"ngan:largest_angle=30", 5e-3}, {"ngan:largest_angle=10", 0.03}}) {
+    for (const auto& [name, error] : {std::pair("ngan", 2e-3),
+                                      {"ngan:largest_angle=80", 2e-3},
+                                      {"ngan:largest_angle=60", 2e-3},
+                                      {"ngan:largest_angle=30", 5e-3},
+                                      {"ngan:largest_angle=10", 0.03}}) {
         const auto metric = open_metric(name);
         double sum = 0;
         for (std::uint64_t first = 0; first < domain.grid().voxels(); first += kBlockVoxels) {
             std::vector<Voxel> block(kBlockVoxels);
-            for (std::uint64_t i = first; i < std::min(first + kBlockVoxels, domain.grid().voxels());
-                 ++i) {
+            for (std::uint64_t i = first;
+                 i < std::min(first + kBlockVoxels, domain.grid().voxels()); ++i) {
                 block[i - first] = domain.voxel(i);
             }
             BlockWeights weights = {};
-            metric.twin.weigh(metric.parameters, std::span<const Voxel, kBlockVoxels>(block), weights);
+            metric.twin.weigh(metric.parameters, std::span<const Voxel, kBlockVoxels>(block),
+                              weights);
             for (std::uint64_t i = 0; i < kBlockVoxels; ++i) {
                 sum += block[i].above_horizon() ? weights[i] : 0;
             }
@@ -284,7 +288,8 @@ TEST(Metric, NgansWeightsAddUpToOne) {
 TEST(Metric, TheFloorOfLowsSineIsInItsFormula) {
     const Voxel above = {.s_merl = 5, .cos_theta_i = 1, .cos_theta_o = 1};
     EXPECT_DOUBLE_EQ(weight(find_metric("low-log"), above), 5 / 1e-3);
-    EXPECT_NE(find_metric("low-log").header.formula.find("max(sin theta_o, 10^-3)"), std::string::npos);
+    EXPECT_NE(find_metric("low-log").header.formula.find("max(sin theta_o, 10^-3)"),
+              std::string::npos);
 }
 
 TEST(Metric, WeightsAndSumsAreThoseOfTheSpecification) {
