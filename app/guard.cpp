@@ -2,8 +2,10 @@
 
 #include <fmt/format.h>
 #include <poll.h>
+#include <pthread.h>
 #include <sys/prctl.h>
 #include <sys/wait.h>
+#include <tbb/global_control.h>
 #include <unistd.h>
 
 #include <array>
@@ -38,9 +40,37 @@ std::string report_of(const std::function<void()>& work) {
     }
 }
 
+/// Calls `work` with less stack than any thread of the program has, TBB's too: what reads a program
+/// is recursive, and what fits here must fit wherever it is read again.
+void with_little_stack(std::function<void()> work) {
+    constexpr std::size_t kBytes = std::size_t{2} << 20U;
+    const tbb::global_control workers(tbb::global_control::thread_stack_size, kBytes);
+    pthread_attr_t attributes;
+    ::pthread_attr_init(&attributes);
+    ::pthread_attr_setstacksize(&attributes, kBytes);
+    pthread_t thread = {};
+    const auto run = [](void* argument) -> void* {
+        (*static_cast<std::function<void()>*>(argument))();
+        return nullptr;
+    };
+    const int error = ::pthread_create(&thread, &attributes, run, &work);
+    if (error != 0) {
+        throw std::runtime_error(fmt::format("no thread: {}", std::strerror(error)));
+    }
+    ::pthread_join(thread, nullptr);
+    ::pthread_attr_destroy(&attributes);
+}
+
 [[noreturn]] void be_the_child(int to_parent, const std::function<void()>& work) {
     ::prctl(PR_SET_PDEATHSIG, SIGKILL);
-    const std::string report = report_of(work) + '.';  // the full stop says that it got this far
+    std::string report;
+    try {
+        with_little_stack([&] { report = report_of(work); });
+    } catch (const std::exception& error) {
+        report =
+            static_cast<char>('0' + static_cast<int>(Fault::device)) + std::string(error.what());
+    }
+    report += '.';  // says that it got this far
     const char* rest = report.data();
     const char* const end = rest + report.size();
     while (rest < end) {

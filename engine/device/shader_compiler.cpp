@@ -1,6 +1,7 @@
 #include "engine/device/shader_compiler.h"
 
 #include <SPIRV/GlslangToSpv.h>
+#include <fmt/format.h>
 #include <glslang/Public/ResourceLimits.h>
 #include <glslang/Public/ShaderLang.h>
 
@@ -48,35 +49,83 @@ void initialize_once() {
     static const Process process;
 }
 
+/// What glslang needs to know of every shader; the texts are read one after the other.
+class Shader {
+  public:
+    Shader(std::span<const ShaderText* const> texts, const std::string& preamble) {
+        for (const auto* const text : texts) {
+            texts_.push_back(text->text.data());
+            lengths_.push_back(static_cast<int>(text->text.size()));
+            names_.push_back(text->name.c_str());
+        }
+        shader_.setStringsWithLengthsAndNames(texts_.data(), lengths_.data(), names_.data(),
+                                              static_cast<int>(texts_.size()));
+        shader_.setPreamble(preamble.c_str());
+        shader_.setEnvInput(glslang::EShSourceGlsl, EShLangCompute, glslang::EShClientVulkan, 100);
+        shader_.setEnvClient(glslang::EShClientVulkan, glslang::EShTargetVulkan_1_2);
+        shader_.setEnvTarget(glslang::EShTargetSpv, glslang::EShTargetSpv_1_5);
+    }
+
+    glslang::TShader* operator->() { return &shader_; }
+    glslang::TShader* get() { return &shader_; }
+
+  private:
+    std::vector<const char*> texts_;
+    std::vector<int> lengths_;
+    std::vector<const char*> names_;
+    glslang::TShader shader_{EShLangCompute};
+};
+
+/// Functions that nothing calls stay: the code of a metric is given calls of them afterwards.
+constexpr auto kMessages =
+    static_cast<EShMessages>(EShMsgSpvRules | EShMsgVulkanRules | EShMsgKeepUncalled);
+
+std::mutex one_at_a_time;
+
 }  // namespace
 
-std::vector<std::uint32_t> compile_shader(const ShaderText& shader, const std::string& preamble,
-                                          const IncludeResolver& resolve) {
-    static std::mutex one_at_a_time;
+std::string preprocess_shader(const ShaderText& text, const IncludeResolver& resolve) {
     const std::scoped_lock lock(one_at_a_time);
     initialize_once();
-
-    glslang::TShader compute(EShLangCompute);
-    const std::array texts = {shader.text.data()};
-    const std::array lengths = {static_cast<int>(shader.text.size())};
-    const std::array names = {shader.name.c_str()};
-    compute.setStringsWithLengthsAndNames(texts.data(), lengths.data(), names.data(), 1);
-    compute.setPreamble(preamble.c_str());
-    compute.setEnvInput(glslang::EShSourceGlsl, EShLangCompute, glslang::EShClientVulkan, 100);
-    compute.setEnvClient(glslang::EShClientVulkan, glslang::EShTargetVulkan_1_2);
-    compute.setEnvTarget(glslang::EShTargetSpv, glslang::EShTargetSpv_1_5);
-    constexpr auto kMessages = static_cast<EShMessages>(EShMsgSpvRules | EShMsgVulkanRules);
+    const ShaderText beginning = {
+        "",
+        fmt::format("#version {}\n#extension GL_GOOGLE_include_directive : require\n", kVersion)};
+    const std::array<const ShaderText*, 2> texts = {&beginning, &text};
+    Shader shader(texts, "");
     Includer includer(resolve);
-    if (!compute.parse(GetDefaultResources(), kVersion, false, kMessages, includer)) {
-        throw ShaderRefused(compute.getInfoLog());
+    std::string result;
+    if (!shader->preprocess(GetDefaultResources(), kVersion, ENoProfile, false, false, kMessages,
+                            &result, includer)) {
+        throw ShaderRefused(shader->getInfoLog());
+    }
+    if (!result.starts_with(beginning.text)) {
+        throw std::runtime_error("the preprocessor changes the beginning of a shader");
+    }
+    return result.substr(beginning.text.size());
+}
+
+std::vector<std::uint32_t> compile_shader(const ShaderText& shader, const std::string& preamble,
+                                          const IncludeResolver& resolve,
+                                          std::span<const ShaderText> rest) {
+    const std::scoped_lock lock(one_at_a_time);
+    initialize_once();
+    std::vector<const ShaderText*> texts = {&shader};
+    for (const auto& text : rest) {
+        texts.push_back(&text);
+    }
+    Shader compute(texts, preamble);
+    Includer includer(resolve);
+    if (!compute->parse(GetDefaultResources(), kVersion, false, kMessages, includer)) {
+        throw ShaderRefused(compute->getInfoLog());
     }
     glslang::TProgram program;
-    program.addShader(&compute);
+    program.addShader(compute.get());
     if (!program.link(kMessages)) {
         throw ShaderRefused(program.getInfoLog());
     }
     std::vector<std::uint32_t> spirv;
     glslang::SpvOptions options;
+    options.generateDebugInfo = true;
     glslang::GlslangToSpv(*program.getIntermediate(EShLangCompute), spirv, &options);
     return spirv;
 }

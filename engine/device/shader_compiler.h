@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <span>
 #include <stdexcept>
 #include <string>
 #include <string_view>
@@ -26,9 +27,15 @@ class ShaderRefused : public std::runtime_error {
 using IncludeResolver =
     std::function<const ShaderText*(std::string_view name, std::string_view includer)>;
 
-/// The SPIR-V of a compute shader for Vulkan 1.2. `preamble` is compiled before the first line.
-/// Throws ShaderRefused. Calls from several threads take turns.
+/// A text as the preprocessor leaves it: without macros and comments, with what it includes, and
+/// with
+/// `#line` where a file begins or goes on. Throws ShaderRefused.
+std::string preprocess_shader(const ShaderText& text, const IncludeResolver& resolve);
+
+/// The SPIR-V of a compute shader for Vulkan 1.2, with OpLine. `preamble` is compiled before the
+/// first line, `rest` after the last. Throws ShaderRefused. Calls from several threads take turns.
 std::vector<std::uint32_t> compile_shader(const ShaderText& shader, const std::string& preamble,
-                                          const IncludeResolver& resolve);
+                                          const IncludeResolver& resolve,
+                                          std::span<const ShaderText> rest = {});
 
 }  // namespace merl::device

@@ -41,7 +41,7 @@ struct CheckPush {
     std::uint32_t step, tiles_across, materials, groups;
 };
 struct TilesPush {
-    std::uint32_t tiles_across;
+    std::uint32_t tiles_across, materials;
 };
 
 template <typename T>
@@ -224,7 +224,7 @@ void DeviceWork::record(Submission& submission, Products& products, std::uint32_
                         std::uint32_t blocks) const {
     const std::uint32_t slab_voxels = blocks * kBlockVoxels;
     const std::uint32_t padded = tiles_.padded_materials();
-    const TilesPush tiles = {tiles_.across};
+    const TilesPush tiles = {tiles_.across, plan_.materials};
     const auto pairs = [&](BoundKernel& above_diagonal, BoundKernel& diagonal) {
         if (tiles_.above_diagonal() > 0) {
             submission.dispatch(above_diagonal, bytes_of(tiles), tiles_.above_diagonal(), blocks);
@@ -281,11 +281,7 @@ void DeviceWork::add(const Products& products, std::uint32_t blocks) {
 }
 
 const Finding* DeviceWork::finding(const Products& products) {
-    if (!products.finding_) {
-        return nullptr;
-    }
-    const auto& finding = products.finding_->host_as<const Finding>()[0];
-    return finding.kind == Finding::fine ? nullptr : &finding;
+    return products.finding_ ? products.finding_->host_as<const Finding>().data() : nullptr;
 }
 
 }  // namespace merl::reflectance

@@ -6,6 +6,7 @@
 #include <chrono>
 #include <numeric>
 #include <optional>
+#include <set>
 
 #include "engine/device/submission.h"
 #include "engine/error.h"
@@ -40,12 +41,12 @@ struct Slot {
 /// The whole computation: two slabs in flight on the device, and every metric's work on them.
 class Computation {
   public:
-    /// Called with what is wrong with a metric, and the position of the voxel; throws.
-    using Refuse = std::function<void(const Metric&, const Finding&, std::uint64_t position)>;
+    /// Called with what a slab shows of a metric, and the position of its first voxel.
+    using Look = std::function<void(const Metric&, const Finding&, std::uint64_t first)>;
 
     Computation(device::Context& context, const SlabPlan& plan,
-                std::span<const Metric* const> metrics, std::uint64_t grid_voxels, Refuse refuse)
-        : plan_(plan), scratch_(context, plan, metrics), refuse_(std::move(refuse)) {
+                std::span<const Metric* const> metrics, std::uint64_t grid_voxels, Look look)
+        : plan_(plan), scratch_(context, plan, metrics), look_(std::move(look)) {
         std::vector<std::optional<DeviceWork>> works(metrics.size());
         tbb::parallel_for(std::size_t{0}, metrics.size(), [&](std::size_t m) {
             if (!plan.on_host(*metrics[m])) {
@@ -159,7 +160,7 @@ class Computation {
             seconds.transform += device[2 * m];
             seconds.difference += device[2 * m + 1];
             if (const auto* finding = DeviceWork::finding(slot.products[m])) {
-                refuse_(works_[m].metric(), *finding, slot.first + finding->voxel);
+                look_(works_[m].metric(), *finding, slot.first);
             }
             works_[m].add(slot.products[m], slot.blocks);
         }
@@ -183,7 +184,7 @@ class Computation {
   private:
     SlabPlan plan_;
     ScratchBuffers scratch_;
-    Refuse refuse_;
+    Look look_;
     std::vector<bool> is_on_host_;  // of every metric
     std::vector<DeviceWork> works_;
     std::vector<HostWork> host_works_;
@@ -203,12 +204,22 @@ DistanceResult compute_distances(device::Context& context, const Database& datab
     result.plan = plan_slabs(context.limits(), options.memory_bytes, database.materials().size(),
                              voxels.size(), metrics, options.shaders_only);
     auto& seconds = result.seconds;
+    std::set<const Metric*> warned;  // of a difference from itself: once
     const Clock kernels;
     Computation computation(
         context, result.plan, metrics, database.grid().voxels(),
-        [&](const Metric& metric, const Finding& finding, std::uint64_t position) {
-            const auto run = voxels.runs(position, position + 1).front();
-            throw Error(Fault::input, explain(finding, metric, database, run.file_index));
+        [&](const Metric& metric, const Finding& finding, std::uint64_t first) {
+            const auto file_index = [&](std::uint32_t voxel) {
+                return voxels.runs(first + voxel, first + voxel + 1).front().file_index;
+            };
+            if (finding.kind != Finding::fine) {
+                throw Error(Fault::input,
+                            explain(finding, metric, database, file_index(finding.voxel)));
+            }
+            if (finding.same_voxel != Finding::kNone && warned.insert(&metric).second) {
+                result.warnings.push_back(
+                    warn_of_same(finding, metric, database, file_index(finding.same_voxel)));
+            }
         });
     seconds.kernels = kernels.seconds();
     result.host_bytes = computation.host_bytes();

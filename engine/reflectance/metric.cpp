@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
@@ -41,6 +42,23 @@ std::vector<Metric> open_built(std::span<const BuiltMetric> built) {
     return all;
 }
 
+/// The text as the compiler should read it: lines end in a line feed, whatever editor wrote them,
+/// and a byte order mark is no part of it.
+std::string plain_text(std::string_view text) {
+    constexpr std::string_view kByteOrderMark = "\xef\xbb\xbf";
+    if (text.starts_with(kByteOrderMark)) {
+        text.remove_prefix(kByteOrderMark.size());
+    }
+    std::string plain;
+    for (std::size_t i = 0; i < text.size(); ++i) {
+        const bool is_return = text[i] == '\r';
+        if (!is_return || i + 1 == text.size() || text[i + 1] != '\n') {
+            plain += is_return ? '\n' : text[i];
+        }
+    }
+    return plain;
+}
+
 std::string read_file(const std::string& path) {
     const auto refuse = [&](const std::string& message) {
         throw Error(Fault::input, fmt::format("metric file {}: {}", path, message));
@@ -66,10 +84,13 @@ std::string read_file(const std::string& path) {
     if (text.size() > kMostBytes) {
         refuse(fmt::format("more than {} bytes: that is no metric", kMostBytes));
     }
+    if (text.starts_with("\xff\xfe") || text.starts_with("\xfe\xff")) {
+        refuse("is UTF-16: save it as UTF-8");
+    }
     if (text.find('\0') != std::string::npos) {
         refuse("has a zero byte: that is no text");
     }
-    return text;
+    return plain_text(text);
 }
 
 Metric open_file(const std::string& path) {
@@ -82,9 +103,17 @@ Metric open_file(const std::string& path) {
     return metric;
 }
 
+/// With small letters: files from Windows may be called MY.GLSL.
+std::string lower_case(std::string_view text) {
+    std::string lower(text);
+    std::transform(lower.begin(), lower.end(), lower.begin(),
+                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    return lower;
+}
+
 /// The end of the name in "name:a=1:b=2"; a path may have colons of its own.
 std::size_t end_of_name(std::string_view text) {
-    const auto extension = text.rfind(kExtension);
+    const auto extension = lower_case(text).rfind(kExtension);
     if (extension != std::string_view::npos) {
         const auto end = extension + kExtension.size();
         if (end == text.size() || text[end] == ':') {
@@ -161,7 +190,7 @@ const Metric& find_metric(std::string_view name) {
 Metric open_metric(const std::string& text) {
     const auto end = end_of_name(text);
     const std::string name = text.substr(0, end);
-    Metric metric = name.ends_with(kExtension) ? open_file(name) : find_metric(name);
+    Metric metric = lower_case(name).ends_with(kExtension) ? open_file(name) : find_metric(name);
     std::vector<bool> set(metric.parameters.size());
     for (std::string_view rest = std::string_view(text).substr(end); !rest.empty();) {
         rest.remove_prefix(1);  // the colon

@@ -14,14 +14,14 @@ namespace merl::reflectance {
 struct Finding {
     enum Kind : std::uint32_t {
         fine,
-        weight,       // negative, NaN or infinite
-        first,        // the first material's transformed sample is NaN or infinite
-        second,       // the second's
-        not_finite,   // the difference is
-        negative,     // likewise
-        asymmetric,   // likewise
-        not_degree,   // it is not |d|^degree
-        endless_loop  // loops ran out of their steps
+        weight,      // negative, NaN or infinite
+        first,       // the first material's transformed sample is NaN or infinite
+        second,      // the second's
+        not_finite,  // the difference is
+        negative,    // likewise
+        asymmetric,  // likewise
+        not_degree,  // it is not |d|^degree
+        fault        // it went wrong on the way
     };
     std::uint32_t group;
     Kind kind;
@@ -34,11 +34,21 @@ struct Finding {
     float there;
     float back;
     float voxel_weight;
+    // The first voxel of the slab at which a material differs from itself; kNone when none does.
+    std::uint32_t same_voxel;
+    std::uint32_t same_material;
+    float same_difference;
+
+    static constexpr std::uint32_t kNone = 0xffffffff;
 };
 
 /// One line for the user: what is wrong, at which voxel, between which materials, with which
 /// numbers. `file_index` is the voxel's.
 std::string explain(const Finding& finding, const Metric& metric, const Database& database,
                     std::uint64_t file_index);
+
+/// Likewise, that a material differs from itself. `file_index` is that of the voxel where.
+std::string warn_of_same(const Finding& finding, const Metric& metric, const Database& database,
+                         std::uint64_t file_index);
 
 }  // namespace merl::reflectance

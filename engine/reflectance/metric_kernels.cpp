@@ -3,11 +3,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
+#include <span>
 #include <string>
 #include <string_view>
 
 #include "engine/device/shader_compiler.h"
 #include "engine/error.h"
+#include "engine/reflectance/metric_code.h"
 #include "engine/reflectance/metric_library.h"
 #include "engine/reflectance/metric_words.h"
 
@@ -16,11 +19,13 @@ namespace {
 
 using device::ShaderText;
 
-constexpr std::string_view kChosen = "chosen_metric.glsl";  // what the framework includes
-constexpr std::string_view kMetric = "metric";              // what that includes
+/// What the compiler calls a metric's file, whatever it is called: a path may have quotes in it.
+const std::string kText = "metric";
 
-/// The functions of a metric, declared before its file: so a wrong result type is an error there,
-/// and a function that is missing one that names it.
+/// A metric of 256 KiB may have macros.
+constexpr std::size_t kMostBytes = std::size_t{1} << 20U;
+
+/// The functions of a metric, as shaders/framework/metric.glsl declares them.
 struct Function {
     std::string_view name;
     std::string_view declaration;
@@ -40,12 +45,9 @@ std::string literal(double value) {
     return text.find_first_of(".e") == std::string::npos ? text + ".0" : text;
 }
 
-/// chosen_metric.glsl: the functions there must be, the parameters, and the file.
-std::string chosen_text(const Metric& metric) {
-    std::string text;
-    for (const auto& function : functions(metric)) {
-        text += fmt::format("{};\n", function.declaration);
-    }
+/// The parameters of a metric, and what else its text needs before its first line.
+std::string parameters_text(const Metric& metric) {
+    std::string text = "#ifdef METRIC_FLOAT64\n#include \"framework/float64_names.glsl\"\n#endif\n";
     for (std::size_t i = 0; i < metric.parameters.size(); ++i) {
         const auto& name = metric.header.parameters[i].name;
         const auto value = literal(metric.parameters[i]);
@@ -54,7 +56,15 @@ std::string chosen_text(const Metric& metric) {
             "{1};\n#endif\n",
             name, value);
     }
-    return text + fmt::format("#include \"{}\"\n", kMetric);
+    return text;
+}
+
+const ShaderText* find_file(std::string_view name) {
+    const auto files = shader_files();
+    const auto found = std::find_if(files.begin(), files.end(), [&](const ShaderText& f) {
+        return std::string_view(f.name) == name;
+    });
+    return found == files.end() ? nullptr : &*found;
 }
 
 /// The first error of the compiler's log as one line for the user.
@@ -87,69 +97,73 @@ std::string explain(const Metric& metric, std::string_view log) {
     }
     auto line = log.substr(first + kError.size());
     line = line.substr(0, line.find('\n'));
-    if (line.starts_with(metric.file + ":")) {
-        return std::string(line);
+    if (line.starts_with(kText + ":")) {
+        return metric.file + std::string(line.substr(kText.size()));
     }
     return fmt::format("{} cannot be compiled: {}", metric.file, line);
+}
+
+/// The text of a user's file without its macros, so that they end with it.
+std::string preprocessed(const Metric& metric) {
+    const auto library_only = [](std::string_view name, std::string_view) {
+        return name.starts_with("lib/") ? find_file(name) : nullptr;
+    };
+    std::string text;
+    try {
+        text = device::preprocess_shader({kText, metric.source}, library_only);
+    } catch (const device::ShaderRefused& refused) {
+        throw Error(Fault::input, explain(metric, refused.what()));
+    }
+    if (text.size() > kMostBytes) {
+        throw Error(Fault::input, fmt::format("{}: its macros make more than {} bytes of it",
+                                              metric.file, kMostBytes));
+    }
+    check_metric_words(text, kText, metric.file);
+    return text;
 }
 
 }  // namespace
 
 MetricKernels compile_kernels(const Metric& metric) {
-    check_metric_words(metric.source, metric.file);
-    const ShaderText chosen = {std::string(kChosen), chosen_text(metric)};
-    // A path must not look like one of the names above.
-    const bool looks_built_in = metric.file.starts_with("framework/") || metric.file == kChosen;
-    const ShaderText file = {looks_built_in ? "./" + metric.file : metric.file,
-                             with_counted_loops(metric.source, metric.file)};
-    const auto resolve = [&](std::string_view name,
-                             std::string_view includer) -> const ShaderText* {
-        const bool from_framework = includer.starts_with("framework/");
-        if (name == kChosen) {
-            return from_framework ? &chosen : nullptr;
-        }
-        if (includer == kChosen) {
-            return name == kMetric ? &file : nullptr;
-        }
-        const auto files = shader_files();
-        const auto found = std::find_if(files.begin(), files.end(), [&](const ShaderText& f) {
-            return std::string_view(f.name) == name;
-        });
-        const bool allowed = from_framework || name.starts_with("lib/");
-        return found != files.end() && allowed ? &*found : nullptr;
-    };
-    std::string preamble;
+    const bool is_checked = metric.is_checked();
+    const std::array<ShaderText, 2> text = {
+        ShaderText{"parameters", parameters_text(metric)},
+        ShaderText{kText, is_checked ? preprocessed(metric) : metric.source}};
+    std::string preamble = is_checked ? "#define GUARDED\n" : "";
     if (metric.has_bound()) {
         const auto slash = metric.header.degree_text.find('/');
-        preamble = fmt::format(
+        preamble += fmt::format(
             "#define DEGREE_NUMERATOR {}\n#define DEGREE_DENOMINATOR {}\n",
             metric.header.degree_text.substr(0, slash),
             slash == std::string::npos ? "1" : metric.header.degree_text.substr(slash + 1));
     }
-    if (file.text != metric.source) {
-        preamble += "#define COUNTED_LOOPS\n";
-    }
-    const auto compile = [&](const char* stage) {
-        const std::string name = fmt::format("framework/{}.comp", stage);
-        const auto files = shader_files();
-        const auto shader = std::find_if(files.begin(), files.end(),
-                                         [&](const ShaderText& f) { return f.name == name; });
+    const auto any_file = [](std::string_view name, std::string_view) { return find_file(name); };
+    const auto compile = [&](const char* stage, bool has_metric) {
+        const auto* const shader = find_file(fmt::format("framework/{}.comp", stage));
+        spirv::Module module;
         try {
-            return device::compile_shader(*shader, preamble, resolve);
+            module = spirv::Module(device::compile_shader(
+                *shader, preamble, any_file,
+                has_metric ? std::span(text) : std::span<const ShaderText>()));
         } catch (const device::ShaderRefused& refused) {
             throw Error(Fault::input, explain(metric, refused.what()));
         }
+        if (has_metric && is_checked) {
+            guard_metric_code(module, check_metric_code(module, metric.file, kText));
+        }
+        return module.words();
     };
-    const auto compile_if = [&](bool needed, const char* stage) {
-        return needed ? compile(stage) : std::vector<std::uint32_t>();
+    const auto compile_if = [&](bool needed, const char* stage, bool has_metric) {
+        return needed ? compile(stage, has_metric) : std::vector<std::uint32_t>();
     };
-    return {.weigh = compile_if(!metric.has_twin(), "weigh"),
-            .prepare = compile_if(!metric.has_twin(), "prepare"),
-            .difference = compile(metric.has_bound() ? "difference" : "any_difference"),
-            .norms = compile_if(metric.has_norms(), "norms"),
-            .ranges = compile_if(metric.has_slopes(), "ranges"),
-            .slopes = compile_if(metric.has_slopes(), "slopes"),
-            .check = compile_if(metric.is_checked(), "check")};
+    return {.weigh = compile_if(!metric.has_twin(), "weigh", true),
+            .prepare = compile_if(!metric.has_twin(), "prepare", true),
+            .difference =
+                metric.has_bound() ? compile("difference", false) : compile("any_difference", true),
+            .norms = compile_if(metric.has_norms(), "norms", false),
+            .ranges = compile_if(metric.has_slopes(), "ranges", false),
+            .slopes = compile_if(metric.has_slopes(), "slopes", false),
+            .check = compile_if(is_checked, "check", true)};
 }
 
 }  // namespace merl::reflectance

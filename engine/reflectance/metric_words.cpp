@@ -5,118 +5,57 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <charconv>
 #include <cstdint>
-#include <utility>
-#include <vector>
 
 #include "engine/error.h"
 
 namespace merl::reflectance {
 namespace {
 
-constexpr std::array<std::string_view, 9> kForbidden = {"layout",    "buffer",   "uniform",
-                                                        "shared",    "coherent", "readonly",
-                                                        "writeonly", "volatile", "main"};
+constexpr std::array<std::string_view, 11> kForbidden = {
+    "layout",   "buffer",    "uniform",  "shared", "coherent", "readonly",
+    "restrict", "writeonly", "volatile", "main",   "discard"};
 
-constexpr std::array<std::string_view, 10> kDirectives = {
-    "define", "undef", "include", "if", "ifdef", "ifndef", "else", "elif", "endif", "error"};
+constexpr std::size_t kDeepest = 200;
 
 bool in_word(char c) {
     return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_';
 }
 
-/// Goes through a text outside its comments.
+/// Goes through a text that has no comments and no macros.
 class Words {
   public:
-    Words(std::string_view text, const std::string& file) : text_(text), file_(file) {}
-
-    std::string count_loops() {
-        std::string out;
-        std::size_t copied = 0;
-        while (at_ < text_.size()) {
-            if (ahead("//")) {
-                skip_to("\n");
-            } else if (ahead("/*")) {
-                skip_to("*/");
-            } else if (in_word(text_[at_])) {
-                const auto name = word();
-                if (name == "for" || name == "while") {
-                    const auto [first, last] = condition(name == "for");
-                    const auto text = text_.substr(first, last - first);
-                    const bool none = text.find_first_not_of(" \t\r\n") == std::string_view::npos;
-                    out += text_.substr(copied, first - copied);
-                    out += none ? "count_loop_()" : fmt::format("count_loop_() && ({})", text);
-                    copied = last;
-                }
-            } else {
-                step();
-            }
-        }
-        return out + std::string(text_.substr(copied));
-    }
+    Words(std::string_view text, const std::string& text_name, const std::string& file)
+        : text_(text), text_name_(text_name), file_(file), current_(text_name) {}
 
     void check() {
+        std::size_t depth = 0;
         while (at_ < text_.size()) {
-            if (ahead("//")) {
-                skip_to("\n");
-            } else if (ahead("/*")) {
-                skip_to("*/");
-            } else if (text_[at_] == '#') {
-                ++at_;
-                check_directive();
-            } else if (in_word(text_[at_])) {
+            const char c = text_[at_];
+            if (c == '#') {
+                read_directive();
+            } else if (in_word(c)) {
                 check_word(word());
-            } else if (text_[at_] == '\\') {
-                refuse("a backslash has no use in a metric");
+            } else if (c == '"' || c == '\\') {
+                refuse(fmt::format("a {} has no use in a metric", c));
             } else {
-                step();
+                depth += c == '(' || c == '{' || c == '[' ? 1 : 0;
+                depth -= depth > 0 && (c == ')' || c == '}' || c == ']') ? 1 : 0;
+                if (depth > kDeepest) {
+                    refuse(fmt::format("brackets are nested deeper than {}", kDeepest));
+                }
+                line_ += c == '\n' ? 1 : 0;
+                ++at_;
             }
         }
     }
 
   private:
     [[noreturn]] void refuse(const std::string& message) const {
-        throw Error(Fault::input, fmt::format("{}:{}: {}", file_, line_, message));
-    }
-
-    bool ahead(std::string_view what) const { return text_.substr(at_).starts_with(what); }
-
-    void step() {
-        line_ += text_[at_] == '\n' ? 1 : 0;
-        ++at_;
-    }
-
-    void skip_to(std::string_view end) {
-        while (at_ < text_.size() && !ahead(end)) {
-            step();
-        }
-    }
-
-    /// The place of the condition in the parentheses that come next, which are all read.
-    std::pair<std::size_t, std::size_t> condition(bool is_for) {
-        while (at_ < text_.size() && std::isspace(static_cast<unsigned char>(text_[at_])) != 0) {
-            step();
-        }
-        std::size_t depth = 0;
-        std::vector<std::size_t> marks;  // after the parenthesis, at the semicolons, at the end
-        do {
-            if (at_ == text_.size() || (depth == 0 && text_[at_] != '(')) {
-                refuse("a loop needs its condition in parentheses");
-            }
-            const char c = text_[at_];
-            depth += c == '(' ? 1 : 0;
-            depth -= c == ')' ? 1 : 0;
-            if (marks.empty()) {
-                marks.push_back(at_ + 1);
-            } else if (depth == 0 || (depth == 1 && c == ';')) {
-                marks.push_back(at_);
-            }
-            step();
-        } while (depth > 0);
-        if (marks.size() != (is_for ? 4U : 2U)) {
-            refuse(is_for ? "a for needs three parts" : "a while needs one condition");
-        }
-        return is_for ? std::pair(marks[1] + 1, marks[2]) : std::pair(marks[0], marks[1]);
+        throw Error(
+            Fault::input,
+            fmt::format("{}:{}: {}", current_ == text_name_ ? file_ : current_, line_, message));
     }
 
     std::string_view word() {
@@ -137,30 +76,35 @@ class Words {
         }
     }
 
-    void check_directive() {
-        while (at_ < text_.size() && (text_[at_] == ' ' || text_[at_] == '\t')) {
-            ++at_;
+    /// `#line 7 "name"` is how the preprocessor says where it is; it leaves no other that is good.
+    void read_directive() {
+        const auto end = std::min(text_.find('\n', at_), text_.size());
+        const auto directive = text_.substr(at_, end - at_);
+        constexpr std::string_view kLine = "#line ";
+        const auto quote = directive.find(" \"");
+        if (!directive.starts_with(kLine) || quote == std::string_view::npos) {
+            refuse(fmt::format("\"{}\" has no use in a metric",
+                               directive.substr(0, directive.find(' '))));
         }
-        const auto directive = word();
-        if (std::find(kDirectives.begin(), kDirectives.end(), directive) == kDirectives.end()) {
-            refuse(fmt::format("\"#{}\" has no use in a metric", directive));
-        }
+        const auto number = directive.substr(kLine.size());
+        std::from_chars(number.data(), number.data() + number.size(), line_);
+        current_ = directive.substr(quote + 2, directive.rfind('"') - quote - 2);
+        at_ = std::min(end + 1, text_.size());
     }
 
     std::string_view text_;
+    const std::string& text_name_;
     const std::string& file_;
+    std::string current_;  // the file that the text is from
     std::size_t at_ = 0;
     std::uint64_t line_ = 1;
 };
 
 }  // namespace
 
-void check_metric_words(std::string_view text, const std::string& file) {
-    Words(text, file).check();
-}
-
-std::string with_counted_loops(std::string_view text, const std::string& file) {
-    return Words(text, file).count_loops();
+void check_metric_words(std::string_view text, const std::string& text_name,
+                        const std::string& file) {
+    Words(text, text_name, file).check();
 }
 
 }  // namespace merl::reflectance

@@ -17,6 +17,7 @@ layout(std430, binding = 1) writeonly buffer Sums { float sums[]; };  // [block]
 
 layout(push_constant) uniform Push {
     uint tiles_across;  // tiles along one side of the matrix of pairs
+    uint materials;     // those beyond are not looked at: a metric may be of no use for zeros
 };
 
 void main() {
@@ -28,9 +29,11 @@ void main() {
     int row_texels = int((first + at.x * kTile + row) * kBlockTexels);
     uint out_at = ((block * tile_count(tiles_across) + tile) * kTile + row) * kTile;
     for (uint column = 0; column < kTile; ++column) {
-        int column_texels = int((first + at.y * kTile + column) * kBlockTexels);
+        uint second = at.y * kTile + column;
+        bool wanted = second > at.x * kTile + row && second < materials;
+        int column_texels = int((first + second) * kBlockTexels);
         double sum = 0.0;
-        for (uint texel = gl_LocalInvocationID.x; texel < kBlockTexels; texel += gl_WorkGroupSize.x) {
+        for (uint texel = gl_LocalInvocationID.x; wanted && texel < kBlockTexels; texel += gl_WorkGroupSize.x) {
             sum += double(texel_difference(texelFetch(grid, row_texels + int(texel)),
                                            texelFetch(grid, column_texels + int(texel))));
         }

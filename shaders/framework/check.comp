@@ -29,11 +29,16 @@ layout(std430, binding = 2) buffer Finding {
     float there;  // difference(a, b) and difference(b, a)
     float back;
     float weight;
+    // The first voxel at which the difference of a sample from itself is not zero, for a metric without a
+    // degree; a material, and the difference.
+    uint same_voxel;
+    uint same_material;
+    float same_difference;
 }
 finding;
 
 layout(push_constant) uniform Push {
-    uint step;
+    uint check_step;
     uint tiles_across;
     uint materials;
     uint groups;  // along x in the second step
@@ -42,7 +47,7 @@ layout(push_constant) uniform Push {
 const uint kNothing = 0xffffffffu;
 
 const uint kFine = 0, kWeight = 1, kFirst = 2, kSecond = 3, kNotFinite = 4, kNegative = 5, kAsymmetric = 6,
-           kDegree = 7, kLoops = 8;
+           kDegree = 7, kFault = 8;
 
 bool is_finite(float x) { return (floatBitsToUint(x) & 0x7f800000u) != 0x7f800000u; }
 
@@ -56,12 +61,26 @@ bool good_weight(double weight) {
     return high < 0x7ff00000u || weight == 0.0;  // positive and finite, or a zero of either sign
 }
 
+// Whether a difference went wrong on the way, for which there is no number; `faults` says how.
+bool faulty(inout float faults) {
+#ifdef GUARDED
+    if (guard_faults != 0) {
+        faults = float(guard_faults);
+        return true;
+    }
+#endif
+    return false;
+}
+
 // What is wrong between two materials at one texel of a block; for kNotFinite and after, `there` and `back`
 // are the differences. `scalar` is which of the texel's four, for a metric with a degree.
 uint offence(uint block, uint texel, vec4 a, vec4 b, out uint scalar, out float there, out float back) {
     scalar = 0;
     there = 0.0;
     back = 0.0;
+#ifdef GUARDED
+    guard_faults = 0;
+#endif
 #ifdef DEGREE_NUMERATOR
     for (; scalar < 4; ++scalar) {
         uint voxel = block * kBlockVoxels + cell_of_texel(texel) * kCellVoxels + scalar;
@@ -71,9 +90,15 @@ uint offence(uint block, uint texel, vec4 a, vec4 b, out uint scalar, out float 
         if (!is_finite(a[scalar]) || !is_finite(b[scalar])) {
             return is_finite(a[scalar]) ? kSecond : kFirst;
         }
+        if (weight_at(voxel) == 0.0) {
+            continue;  // beyond the last voxel, or of no weight
+        }
         float d = a[scalar] - b[scalar];
         there = difference(d);
         back = difference(-d);
+        if (faulty(there)) {
+            return kFault;
+        }
 #if DEGREE_NUMERATOR < DEGREE_DENOMINATOR
         float expected = two_thirds_power(d);
 #elif DEGREE_NUMERATOR == 1
@@ -108,6 +133,9 @@ uint offence(uint block, uint texel, vec4 a, vec4 b, out uint scalar, out float 
     }
     there = difference(a.xyz, b.xyz);
     back = difference(b.xyz, a.xyz);
+    if (faulty(there)) {
+        return kFault;
+    }
     float size = max(1.0, max(length(a.xyz), length(b.xyz)));
     if (!is_finite(there) || !is_finite(back)) {
         return kNotFinite;
@@ -119,11 +147,6 @@ uint offence(uint block, uint texel, vec4 a, vec4 b, out uint scalar, out float 
         return kAsymmetric;
     }
 #endif
-#ifdef COUNTED_LOOPS
-    if (loops_ran_out()) {
-        return kLoops;
-    }
-#endif
     return kFine;
 }
 
@@ -131,6 +154,9 @@ uint offence(uint block, uint texel, vec4 a, vec4 b, out uint scalar, out float 
 // makes every comparison false.
 bool suspicious(uint block, uint texel, vec4 a, vec4 b) {
     bool fine = true;
+#ifdef GUARDED
+    guard_faults = 0;
+#endif
     const float kLargest = 3.0e38;
 #ifdef DEGREE_NUMERATOR
     vec4 d = a - b;
@@ -159,8 +185,8 @@ bool suspicious(uint block, uint texel, vec4 a, vec4 b) {
            back >= 0.0 && there <= kLargest && back <= kLargest &&
            abs(there - back) <= max(0.01 * max(there, back), 5e-7 * max(1.0, max(size_a, size_b)));
 #endif
-#ifdef COUNTED_LOOPS
-    fine = fine && !loops_ran_out();
+#ifdef GUARDED
+    fine = fine && guard_faults == 0;
 #endif
     return !fine;
 }
@@ -169,12 +195,24 @@ bool suspicious(uint block, uint texel, vec4 a, vec4 b) {
 uint look(uint first, uvec2 tile, uint block) {
     uint from = block * tiles_across * kTile;
     uint worst = kNothing;
+    uint same = kNothing;
     for (uint texel = gl_LocalInvocationID.x; texel < kBlockTexels; texel += gl_WorkGroupSize.x) {
         vec4 a = texelFetch(grid, int((from + first) * kBlockTexels + texel));
+#ifndef DEGREE_NUMERATOR
+        if (a.w == 0.0) {
+            continue;  // beyond the last voxel, or of no weight
+        }
+        if (tile.x == tile.y && difference(a.xyz, a.xyz) != 0.0) {
+            same = min(same, block * kBlockVoxels + texel);
+        }
+#endif
         for (uint column = 0; column < kTile; ++column) {
             uint second = tile.y * kTile + column;
+            if (second <= first || second >= materials) {
+                continue;
+            }
             vec4 b = texelFetch(grid, int((from + second) * kBlockTexels + texel));
-            if (suspicious(block, texel, a, b) && second > first && second < materials) {
+            if (suspicious(block, texel, a, b)) {
                 uint scalar;
                 float there, back;
                 uint at = 65536 * column + texel;
@@ -182,7 +220,29 @@ uint look(uint first, uvec2 tile, uint block) {
             }
         }
     }
+    same = subgroupMin(same);
+    if (same != kNothing && gl_LocalInvocationID.x == 0) {
+        atomicMin(finding.same_voxel, same);
+    }
     return subgroupMin(worst);
+}
+
+// The material that differs from itself.
+void describe_same() {
+#ifndef DEGREE_NUMERATOR
+    uint block = finding.same_voxel / kBlockVoxels;
+    uint texel = finding.same_voxel % kBlockVoxels;
+    for (uint material = 0; material < materials; ++material) {
+        uint at = (block * tiles_across * kTile + material) * kBlockTexels + texel;
+        vec4 a = texelFetch(grid, int(at));
+        float d = difference(a.xyz, a.xyz);
+        if (a.w != 0.0 && d != 0.0) {
+            finding.same_material = material;
+            finding.same_difference = d;
+            return;
+        }
+    }
+#endif
 }
 
 void describe(uint first, uvec2 tile, uint block, uint place) {
@@ -216,27 +276,42 @@ void describe(uint first, uvec2 tile, uint block, uint place) {
 }
 
 void main() {
-    if (step == 0) {
+    if (check_step == 0) {
         finding.group = kNothing;
         finding.kind = kFine;
+        finding.same_voxel = kNothing;
         return;
     }
-    if (step == 2 && finding.group == kNothing) {
+    if (check_step == 2 && finding.same_voxel != kNothing && gl_LocalInvocationID.x == 0) {
+        describe_same();
+    }
+    if (check_step == 2 && finding.group == kNothing) {
         return;
     }
-    uint group_x = step == 1 ? gl_WorkGroupID.x : finding.group % groups;
-    uint block = step == 1 ? gl_WorkGroupID.y : finding.group / groups;
+    uint group_x = check_step == 1 ? gl_WorkGroupID.x : finding.group % groups;
+    uint block = check_step == 1 ? gl_WorkGroupID.y : finding.group / groups;
     uvec2 tile = tile_at(group_x / kTile, tiles_across);
     uint first = tile.x * kTile + group_x % kTile;
     if (first >= materials) {
         return;
     }
     uint place = look(first, tile, block);
-    if (place != kNothing && subgroupElect()) {
-        if (step == 1) {
+    bool cut = false;
+#ifdef GUARDED
+    cut = guard_cut();
+    place = cut ? min(place, 0) : place;
+#endif
+    if (place != kNothing && gl_LocalInvocationID.x == 0) {
+        if (check_step == 1) {
             atomicMin(finding.group, block * groups + group_x);
         } else {
             describe(first, tile, block, place);
+#ifdef GUARDED
+            if (cut) {
+                finding.kind = kFault;
+                finding.there = float(kEndlessLoop);
+            }
+#endif
         }
     }
 }

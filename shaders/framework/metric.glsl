@@ -1,5 +1,5 @@
-// What a metric file sees, and what the kernels need to know of it. "chosen_metric.glsl" is a
-// generated file that includes one metric.
+// What a metric file sees, and what the kernels need to know of it. The metric itself comes after the
+// last line of a kernel (engine/reflectance/metric_kernels.cpp): so nothing in it can change what is here.
 //
 // Transforms and weights run in float64 (the including file defines METRIC_FLOAT64) and are rounded
 // once, when they enter the grid; differences run in float32 on the grid. The metric file says float
@@ -9,11 +9,7 @@
 
 #ifdef METRIC_FLOAT64
 #include "lib/float64.glsl"
-#define float double
-#define vec2 dvec2
-#define vec3 dvec3
-#define vec4 dvec4
-#define mat3 dmat3
+#include "framework/float64_names.glsl"
 #endif
 
 struct Voxel {
@@ -27,23 +23,26 @@ struct Voxel {
     float voxels;       // of the whole grid, also those below the horizon
 };
 
-#ifdef COUNTED_LOOPS
-// The conditions of the metric's loops call this. One invocation gets so many iterations, and then its
-// loops just end: on lavapipe all would end so, in silence, after twice as many.
-const uint kMostLoops = 32768;
-uint loops_ = 0;
-bool count_loop_() { return ++loops_ <= kMostLoops; }
-bool loops_ran_out() { return loops_ > kMostLoops; }
+vec3 transform(vec3 f, Voxel v);
+float weight(Voxel v);
+#ifdef DEGREE_NUMERATOR
+float difference(float d);
+#else
+float difference(vec3 a, vec3 b);
 #endif
-
-#include "chosen_metric.glsl"
 
 #ifdef METRIC_FLOAT64
 #undef float
 #undef vec2
 #undef vec3
 #undef vec4
+#undef mat2
 #undef mat3
+#undef mat4
+#endif
+
+#ifdef GUARDED
+#include "framework/guards.glsl"
 #endif
 
 // Partial sums run over blocks of voxels; a cell is four voxels. The host knows the same numbers.

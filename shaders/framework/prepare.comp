@@ -50,8 +50,8 @@ void main() {
     dvec3 t1 = transform(dvec3(red.y, green.y, blue.y), fetch_voxel(k + 1));
     dvec3 t2 = transform(dvec3(red.z, green.z, blue.z), fetch_voxel(k + 2));
     dvec3 t3 = transform(dvec3(red.w, green.w, blue.w), fetch_voxel(k + 3));
-#ifdef COUNTED_LOOPS
-    if (loops_ran_out()) {
+#ifdef GUARDED
+    if (guard_cut() || guard_faults != 0) {
         t0 = dvec3(nan64());
     }
 #endif

@@ -18,5 +18,6 @@ float texel_difference(vec4 a, vec4 b) {
     return (h.x + h.y) + (h.z + h.w);
 }
 #else
-float texel_difference(vec4 a, vec4 b) { return a.w * difference(a.xyz, b.xyz); }
+// What weighs nothing, as what is beyond the last voxel, may have no difference.
+float texel_difference(vec4 a, vec4 b) { return a.w == 0.0 ? 0.0 : a.w * difference(a.xyz, b.xyz); }
 #endif

@@ -39,8 +39,8 @@ double folded(double weight) { return weight; }
 void main() {
     uint k = gl_GlobalInvocationID.x;
     double result = k < voxel_count ? folded(weight(fetch_voxel(k))) : 0.0;
-#ifdef COUNTED_LOOPS
-    result = loops_ran_out() ? nan64() : result;
+#ifdef GUARDED
+    result = guard_cut() || guard_faults != 0 ? nan64() : result;
 #endif
     weights[k] = result;
 }

@@ -126,8 +126,12 @@ double pow(double x, double y) {
     return scaled_exp64(fraction * kLn2 + rest, int(n));
 }
 
-// The argument less the multiple n of pi/2 that is nearest, for |x| < 1e5.
+// The argument less the multiple n of pi/2 that is nearest, for |x| <= 1e5; NaN beyond, where digits are lost.
 double less_quarter_turns64(double x, out int n) {
+    n = 0;
+    if (!(abs(x) <= 1e5lf)) {
+        return nan64();
+    }
     double turns = roundEven(x * 0.63661977236758134308lf);
     n = int(turns);
     return ((x - turns * 1.57079632673412561417e+00lf) - turns * 6.07710050630396597660e-11lf) -
@@ -151,7 +155,7 @@ double cos_near_zero64(double x) {
     return w + (((1.0lf - w) - half_square) + z * r);
 }
 
-// sin, cos and tan: absolute error below 1e-15 (of tan: relative to 1 + tan^2) for |x| < 1e5.
+// sin, cos and tan: absolute error below 1e-15 (of tan: relative to 1 + tan^2) for |x| <= 1e5; else NaN.
 double sin(double x) {
     int n;
     double r = less_quarter_turns64(x, n);

@@ -4,6 +4,7 @@
 #include <tbb/global_control.h>
 
 #include <cmath>
+#include <string>
 
 #include "engine/reflectance/abc_database.h"
 #include "engine/reflectance/reference.h"
@@ -253,6 +254,43 @@ TEST(Distances, ProgressReachesOneAndItsExceptionEndsTheWork) {
         std::runtime_error);
     EXPECT_EQ(compute_distances(test::lavapipe(), database, one).distances[0].values.size(),
               3U);  // still works
+}
+
+/// A metric of these lines, as if it was a user's file.
+Metric metric_of(const std::string& source) {
+    Metric metric;
+    metric.name = "my.glsl";
+    metric.file = "./my.glsl";
+    metric.source = source;
+    metric.header = parse_metric_header(source, metric.file);
+    return metric;
+}
+
+/// One sample of one material is large, and only such samples differ from themselves.
+TEST(Distances, WarnOfAMaterialThatDiffersFromItself) {
+    const FunctionDatabase database({.theta_h = 6, .theta_d = 5, .phi_d = 8}, 12,
+                                    [](std::size_t material, std::uint64_t voxel, std::size_t) {
+                                        return (material == 11 && voxel == 37 ? 2000.0 : 200.0) +
+                                               static_cast<double>(material);
+                                    });
+    const std::string rest =
+        "vec3 transform(vec3 f, Voxel v) { return f; }\n"
+        "float weight(Voxel v) { return 1.0; }\n";
+    const auto good =
+        metric_of(rest + "float difference(vec3 a, vec3 b) { return distance(a, b); }\n");
+    auto bad = metric_of(rest +
+                         "float difference(vec3 a, vec3 b) {\n"
+                         "    return distance(a, b) + (min(a.x, b.x) > 1000.0 ? 0.25 : 0.0);\n}\n");
+    bad.name = "bad.glsl";
+    const Metric* const both[] = {&good, &bad};
+    const auto result = compute_distances(test::lavapipe(), database, both);
+    ASSERT_EQ(result.warnings.size(), 1U);
+    for (const char* part :
+         {"bad.glsl: difference(a, a) is 0.25", "at voxel 37 ", "material \"material-0011\""}) {
+        EXPECT_NE(result.warnings[0].find(part), std::string::npos) << result.warnings[0];
+    }
+    const Metric* const one[] = {&good};
+    EXPECT_TRUE(compute_distances(test::lavapipe(), database, one).warnings.empty());
 }
 
 }  // namespace

@@ -149,6 +149,12 @@ TEST(Float64, Trigonometry) {
                       kTan, x, [](auto a, auto) { return std::tan(a); }, slope),
                   1e-15);
     }
+    for (const auto function : {kSin, kCos, kTan}) {
+        for (const double y :
+             on_device(function, {{1.1e5, 0}, {-1e9, 0}, {1e300, 0}, {kInfinity, 0}})) {
+            EXPECT_TRUE(std::isnan(y));
+        }
+    }
     EXPECT_LT(largest_error(kAsin, spread(-1, 1), [](auto a, auto) { return std::asin(a); }),
               2e-15);
     EXPECT_LT(largest_error(kAcos, spread(-1, 1), [](auto a, auto) { return std::acos(a); }),

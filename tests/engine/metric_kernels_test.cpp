@@ -8,7 +8,6 @@
 
 #include "engine/error.h"
 #include "engine/reflectance/metric_header.h"
-#include "engine/reflectance/metric_words.h"
 
 namespace merl::reflectance {
 namespace {
@@ -130,23 +129,6 @@ TEST(MetricKernels, NothingButTheLibraryCanBeIncluded) {
     }
 }
 
-TEST(MetricWords, LoopsAreCounted) {
-    const auto counted = [](const std::string& text) {
-        return with_counted_loops(text, "my.glsl");
-    };
-    EXPECT_EQ(counted("no loop // for (;;)\n/* while (x) */ fortune"),
-              "no loop // for (;;)\n/* while (x) */ fortune");
-    EXPECT_EQ(counted("for (int i = 0; i < f(3); ++i) {}"),
-              "for (int i = 0;count_loop_() && ( i < f(3)); ++i) {}");
-    EXPECT_EQ(counted("for(;;) while (a(b)) do {} while(c\n);"),
-              "for(;count_loop_();) while (count_loop_() && (a(b))) do {} while(count_loop_() && "
-              "(c\n));");
-    EXPECT_EQ(counted("#define L for(;;)"), "#define L for(;count_loop_();)");
-    for (const char* text : {"#define L for", "for (;", "for (i)", "while (a; b)", "for (;;;)"}) {
-        EXPECT_THROW(counted(text), Error) << text;
-    }
-}
-
 TEST(MetricKernels, OfAFileWithLoopsAreValid) {
     expect_valid(metric_of(kTransform + kWeight +
                            "float difference(vec3 a, vec3 b) {\n"
@@ -156,23 +138,172 @@ TEST(MetricKernels, OfAFileWithLoopsAreValid) {
                            "    return s;\n}\n"));
 }
 
-TEST(MetricKernels, AFileMayBeCalledLikeOneOfTheFramework) {
+TEST(MetricKernels, AFileMayHaveAnyName) {
     auto metric = metric_of(kTransform + kWeight + kDifference);
-    metric.file = "framework/metric.glsl";
-    expect_valid(metric);
+    for (const char* name : {"framework/metric.glsl", "metric", "a\"b\n\\.glsl"}) {
+        metric.file = name;
+        expect_valid(metric);
+    }
 }
 
+const std::string kRest = kTransform + kWeight + kDifference;
+
 TEST(MetricKernels, TheKernelsAreOutOfReach) {
-    const std::string rest = kTransform + kWeight + kDifference;
-    expect_refused("layout(binding = 3) buffer B { float b[]; };\n" + rest, {":1: ", "layout"});
-    expect_refused("\nshared float x[100];\n" + rest, {":2: ", "shared"});
-    expect_refused("float f() { return gl_GlobalInvocationID.x; }\n" + rest, {":1: ", "gl_"});
-    expect_refused("/* two\nlines */ #extension GL_NV_x : enable\n" + rest, {":2: ", "#extension"});
-    expect_refused("# version 100\n" + rest, {":1: ", "#version"});
-    expect_refused("#line 7\n" + rest, {":1: ", "#line"});
-    expect_refused("#define L(x, y) x##y\n" + rest, {":1: ", "\"#\""});
-    expect_refused("lay\\\nout(binding = 3)\n" + rest, {":1: ", "backslash"});
-    expect_valid(metric_of("// layout, gl_x, # and \\ in a comment /* do\n" + rest));
+    expect_refused("layout(binding = 3) buffer B { float b[]; };\n" + kRest, {":1: ", "layout"});
+    expect_refused("\nshared float x[100];\n" + kRest, {":2: ", "shared"});
+    expect_refused("float f() { return gl_GlobalInvocationID.x; }\n" + kRest, {":1: ", "gl_"});
+    expect_refused("/* two\nlines */\n#extension GL_NV_x : enable\n" + kRest,
+                   {":3: ", "#extension"});
+    expect_refused("# version 100\n" + kRest, {":1: ", "#version"});
+    expect_refused("#line 7\n" + kRest, {":1: ", "#line"});
+    expect_refused("#pragma optimize(off)\n" + kRest, {":1: ", "#pragma"});
+    expect_valid(metric_of("// layout, gl_x, # and \\ in a comment /* do\n" + kRest));
+}
+
+TEST(MetricKernels, NothingIsHiddenInAMacroOrAComment) {
+    expect_refused(
+        "#define L(x, y) x##y\nL(lay, out)(binding = 3) buffer B { float b[]; };\n" + kRest,
+        {":2: ", "layout"});
+    expect_refused("lay\\\nout(binding = 3) buffer B { float b[]; };\n" + kRest, {"layout"});
+    expect_refused("#define S sha\\\nred\nS float x[100];\n" + kRest, {":3: ", "shared"});
+    expect_refused("/*/ // */ shared float x[100];\n" + kRest, {":1: ", "shared"});
+    expect_refused(
+        "#define G gl_Global\n#define H(x) x##InvocationID\n#define I(x) H(x)\n"
+        "float f() { return float(I(G).x); }\n" +
+            kRest,
+        {":4: ", "gl_"});
+    expect_refused("#error not today\n" + kRest, {":1: ", "not today"});
+    expect_refused("#include \"lib/cielab.glsl\"\n\n#line 3\n" + kRest, {":3: ", "#line"});
+}
+
+/// `body` is that of the difference.
+void expect_difference_refused(const std::string& body, const std::vector<std::string>& parts,
+                               const std::string& before = "") {
+    expect_refused(
+        kTransform + kWeight + before + "float difference(vec3 a, vec3 b) {\n" + body + "\n}\n",
+        parts);
+}
+
+TEST(MetricKernels, OnlyArithmeticIsAllowed) {
+    for (const char* statement : {"barrier();",
+                                  "memoryBarrier();",
+                                  "memoryBarrierShared();",
+                                  "groupMemoryBarrier();",
+                                  "a.x = subgroupAdd(a.x);",
+                                  "a = texelFetch(grid, 0).xyz;",
+                                  "guard_faults = 0;",
+                                  "guard_loops = 0;",
+                                  "a.x = guard_min(a.x, b.x);",
+                                  "guard_loop();",
+                                  "a.x = float(kTile);",
+                                  "a.x = float(materials);",
+                                  "finding.kind = 0;",
+                                  "atomicMin(finding.kind, 0);",
+                                  "a.x = float(bitfieldExtract(7u, 30, 9));",
+                                  "a.x = float(findMSB(7u));",
+                                  "look(0, uvec2(0), 0);",
+                                  "a.x = interpolateAtCentroid(a.x);",
+                                  "demote;",
+                                  "discard;"}) {
+        expect_difference_refused(std::string("a.x += 1.0;\n") + statement + "\nreturn a.x;",
+                                  {"./my.glsl:5: "});
+    }
+    expect_difference_refused("a.x += 1.0;\nbarrier();\nreturn a.x;",
+                              {"./my.glsl:5: ", "difference()"});
+    expect_difference_refused("return a.x + texelFetch(grid, 0).x;", {"./my.glsl:4: ", "grid"});
+}
+
+TEST(MetricKernels, VariablesOfTheWholeFileAreRefused) {
+    for (const char* variable : {"float s;", "float s = 0.0;", "float s[3];", "Voxel s;"}) {
+        expect_difference_refused("return a.x;", {"./my.glsl: ", "\"s\"", "whole file"},
+                                  std::string(variable) + "\n");
+    }
+    expect_difference_refused("return s;", {"\"s\""},
+                              "float f() { return 2.0; }\nfloat s = f();\n");
+    expect_valid(
+        metric_of("const float s = 2.0 * sin(1.0);\nconst float t[3] = float[](1.0, s, 0.0);\n" +
+                  kTransform + kWeight +
+                  "float difference(vec3 a, vec3 b) {\n"
+                  "    int i = a.x > b.x ? 1 : 2;\n    return t[i] * distance(a, b);\n}\n"));
+}
+
+TEST(MetricKernels, VariablesWithoutAValueAreRefused) {
+    const std::vector<std::string> words = {"./my.glsl:", "before it has a value"};
+    expect_difference_refused("float s;\nreturn s + a.x;", {"./my.glsl:5: ", "difference()"});
+    for (const char* body :
+         {"float s; if (a.x > 1.0) { s = 1.0; } return s;",
+          "float s; for (int i = 0; i < 3; ++i) { s = a[i]; } return s;",
+          "float s; while (a.x > s) { s = 2.0; } return 1.0;",
+          "float s; switch (int(a.x)) { case 0: s = 1.0; break; case 1: s = 2.0; } return s;",
+          "vec3 s; s.x = 1.0; s.z = 1.0; return s.x + s.y;",
+          "float s[3]; s[0] = 1.0; s[1] = 1.0; return s[int(a.x)];",
+          "float s[3]; s[int(a.x)] = 1.0; return s[0];", "vec3 s; s += a; return s.x;",
+          "float s; s += 1.0; return s;",
+          "Voxel s; s.theta_h = 1.0; Voxel t = s; return t.theta_h;",
+          "mat3 s; s[1] = a; return s[0].x;", "bool s; return s || a.x > 1.0 ? 1.0 : 2.0;"}) {
+        expect_difference_refused(body, words);
+    }
+    expect_difference_refused("float s; f(s); return s;", words,
+                              "void f(out float x) { if (x > 1.0) { x = 1.0; } }\n");
+    expect_difference_refused("float s; f(s, a.x); return s;", words,
+                              "void f(out float x, float y) { if (y > 1.0) { x = 1.0; } }\n");
+    expect_difference_refused("float s; f(s); return s;", words,
+                              "void f(inout float x) { x += 1.0; }\n");
+    for (const char* body :
+         {"float s; if (a.x > 1.0) { s = 1.0; } else { s = 2.0; } return s;",
+          "vec3 s; s.x = 1.0; s.y = a.y; s.z = b.z; return s.x + s.y + s.z;",
+          "float s; f(s); return s;", "float s = 1.0; g(s); return s;",
+          "float s; do { s = a.x; } while (s > 2.0); return s;",
+          "float s[2]; s[0] = 1.0; s[1] = a.x; return s[a.x > 1.0 ? 1 : 0];",
+          "float s; switch (int(a.x)) { case 0: s = 1.0; break; default: s = 2.0; } return s;"}) {
+        expect_valid(metric_of(kTransform + kWeight +
+                               "void f(out float x) { x = 3.0; }\n"
+                               "void g(inout float x) { x += 1.0; }\n"
+                               "float difference(vec3 a, vec3 b) { " +
+                               body + " }\n"));
+    }
+}
+
+TEST(MetricKernels, EveryPathNeedsAReturn) {
+    expect_difference_refused("if (a.x > 1.0) {\nreturn 1.0;\n}", {"difference()", "return"});
+    expect_difference_refused("switch (int(a.x)) { case 0: return 1.0; case 1: return 2.0; }",
+                              {"difference()", "return"});
+    expect_difference_refused("return f(a.x);", {"f()", "return"},
+                              "float f(float x) { if (x > 1.0) { return 1.0; } }\n");
+    expect_valid(
+        metric_of(kTransform + kWeight +
+                  "float difference(vec3 a, vec3 b) {\n"
+                  "    if (a.x > b.x) { return a.x - b.x; } else { return b.x - a.x; }\n}\n"));
+}
+
+TEST(MetricKernels, FunctionsThatTheKernelsUseCannotBeReplaced) {
+    expect_refused("bool is_finite(float x) { return true; }\n" + kRest,
+                   {"./my.glsl:1: ", "is_finite"});
+    expect_refused(
+        "float guard_divide(const in float a, const in float b) { return 1.0; }\n" + kRest,
+        {"./my.glsl:1: ", "guard_divide"});
+    expect_refused("double nan64() { return 0.0; }\n" + kRest, {"./my.glsl:1: ", "nan64"});
+    expect_refused("#define float int\n" + kRest, {"./my.glsl:"});
+    expect_refused("#define Voxel float\n" + kRest, {"./my.glsl"});
+    for (const char* macro :
+         {"#undef float", "#define guard_loop() true", "#define kMostLoops 4000000000u",
+          "#define GUARDED", "#define main nothing", "#define if while",
+          "#define METRIC_FLOAT64"}) {
+        expect_valid(metric_of(std::string(macro) + "\n" + kRest));
+    }
+}
+
+TEST(MetricKernels, NestingIsBounded) {
+    const auto times = [](int count, const std::string& text) {
+        std::string all;
+        for (int i = 0; i < count; ++i) {
+            all += text;
+        }
+        return all;
+    };
+    expect_difference_refused("return " + times(201, "(") + "a.x" + times(201, ")") + ";",
+                              {"./my.glsl:4: ", "deeper than 200"});
+    expect_difference_refused(times(201, "{") + times(201, "}") + "return a.x;", {"deeper"});
 }
 
 }  // namespace

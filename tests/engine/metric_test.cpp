@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <filesystem>
@@ -99,8 +100,31 @@ TEST(Metric, AFileOfYourOwn) {
     expect_refused((directory.path / "d.glsl").string(), Fault::input, "not a regular file");
     std::ofstream(directory.path / "big.glsl") << std::string(300'000, ' ');
     expect_refused((directory.path / "big.glsl").string(), Fault::input, "more than");
+    std::ofstream(directory.path / "utf16.glsl") << std::string("\xff\xfe/\0/\0", 6);
+    expect_refused((directory.path / "utf16.glsl").string(), Fault::input, "UTF-16");
     std::ofstream(directory.path / "zero.glsl") << std::string(3, '\0');
     expect_refused((directory.path / "zero.glsl").string(), Fault::input, "zero byte");
+}
+
+/// A byte order mark, and lines that end as on other systems.
+TEST(Metric, AFileFromAnyEditor) {
+    const test::TemporaryDirectory directory;
+    const std::string text = "// title: A\n// degree: 1\n\nfloat x;\n";
+    for (const std::string end : {"\n", "\r\n", "\r"}) {
+        for (const std::string mark : {"", "\xef\xbb\xbf"}) {
+            std::string other = mark;
+            for (const char c : text) {
+                other += c == '\n' ? end : std::string(1, c);
+            }
+            std::ofstream(directory.path / "M.GLSL", std::ios::binary) << other;
+            const auto metric = open_metric((directory.path / "M.GLSL").string());
+            EXPECT_EQ(metric.source, text);
+            EXPECT_EQ(metric.header.title, "A");
+            EXPECT_EQ(metric.header.degree, 1);
+            EXPECT_EQ(metric.name, "M.GLSL");
+        }
+    }
+    expect_refused((directory.path / "none.GlSl").string(), Fault::input, "no such file");
 }
 
 /// The transform of one sample.
@@ -229,6 +253,43 @@ TEST(Metric, TheLibraryIsThatOfItsFormulas) {
         EXPECT_NEAR(weight(metric, v) * sum_of(metric, a, b) / expected, 1, 1e-12) << name;
     }
     EXPECT_EQ(weight(open_metric("ngan:largest_angle=60"), v), 0);
+    EXPECT_EQ(weight(find_metric("ngan"), v), 5 / 3.14159265358979324);  // no digit is lost
+}
+
+/// Ngan's weights are shares of the solid angle, whatever is left out of it: they have mean 1. So
+/// the distance of two materials that differ by 1 in one channel, times the cosine, does not depend
+/// on it.
+TEST(Metric, NgansWeightsAddUpToOne) {
+    const Domain domain({.theta_h = 90, .theta_d = 90, .phi_d = 180});
+    for (const auto& [name, error] : {std::pair("ngan", 2e-3),
+                                      {"ngan:largest_angle=80", 2e-3},
+                                      {"ngan:largest_angle=60", 2e-3},
+                                      {"ngan:largest_angle=30", 5e-3},
+                                      {"ngan:largest_angle=10", 0.03}}) {
+        const auto metric = open_metric(name);
+        double sum = 0;
+        for (std::uint64_t first = 0; first < domain.grid().voxels(); first += kBlockVoxels) {
+            std::vector<Voxel> block(kBlockVoxels);
+            for (std::uint64_t i = first;
+                 i < std::min(first + kBlockVoxels, domain.grid().voxels()); ++i) {
+                block[i - first] = domain.voxel(i);
+            }
+            BlockWeights weights = {};
+            metric.twin.weigh(metric.parameters, std::span<const Voxel, kBlockVoxels>(block),
+                              weights);
+            for (std::uint64_t i = 0; i < kBlockVoxels; ++i) {
+                sum += block[i].above_horizon() ? weights[i] : 0;
+            }
+        }
+        EXPECT_NEAR(sum / static_cast<double>(domain.grid().voxels()), 1, error) << name;
+    }
+}
+
+TEST(Metric, TheFloorOfLowsSineIsInItsFormula) {
+    const Voxel above = {.s_merl = 5, .cos_theta_i = 1, .cos_theta_o = 1};
+    EXPECT_DOUBLE_EQ(weight(find_metric("low-log"), above), 5 / 1e-3);
+    EXPECT_NE(find_metric("low-log").header.formula.find("max(sin theta_o, 10^-3)"),
+              std::string::npos);
 }
 
 TEST(Metric, WeightsAndSumsAreThoseOfTheSpecification) {

@@ -56,10 +56,10 @@ double random_sample(std::size_t material, std::uint64_t voxel, std::size_t chan
     return uniform < 0.02 ? -1.0 : std::pow(10.0, 6 * uniform - 3);
 }
 
-std::vector<std::uint32_t> compile(const std::string& path) {
+std::vector<std::uint32_t> compile(const std::string& path, const std::string& preamble) {
     std::ifstream file(path);
     const device::ShaderText shader = {path, {std::istreambuf_iterator<char>(file), {}}};
-    return device::compile_shader(shader, "", [](std::string_view name, std::string_view) {
+    return device::compile_shader(shader, preamble, [](std::string_view name, std::string_view) {
         const auto files = reflectance::shader_files();
         const auto found =
             std::find_if(files.begin(), files.end(),

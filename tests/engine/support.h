@@ -34,7 +34,7 @@ class FunctionDatabase final : public reflectance::Database {
 double random_sample(std::size_t material, std::uint64_t voxel, std::size_t channel);
 
 /// The SPIR-V of a shader of the tests, which may include those of shaders/.
-std::vector<std::uint32_t> compile(const std::string& path);
+std::vector<std::uint32_t> compile(const std::string& path, const std::string& preamble = "");
 
 /// A directory that is removed at the end of the test.
 class TemporaryDirectory {

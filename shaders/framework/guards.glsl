@@ -1,0 +1,149 @@
+// What the functions of a user's metric call instead of the language's own operations
+// (engine/reflectance/metric_guards.cpp puts the calls in), so that what goes wrong shows.
+//
+// GLSL leaves open what dividing by zero gives, or the smaller of a number and a NaN. These give what
+// IEEE 754 does, NaN where something is not defined, and lose no NaN. Where no number could say so, as for
+// an index, guard_faults keeps it, and the kernels look there.
+
+const uint kEndlessLoop = 1, kBadIndex = 2, kBadDivisor = 4, kBadShift = 8, kBadConversion = 16;
+uint guard_faults = 0;
+
+// One invocation gets so many iterations, and then its loops end.
+const uint kMostLoops = 32768;
+uint guard_loops = 0;
+
+bool guard_loop() {
+    ++guard_loops;
+    guard_faults |= guard_loops > kMostLoops ? kEndlessLoop : 0;
+    return guard_loops <= kMostLoops;
+}
+
+// Whether the device ends loops itself, in silence. lavapipe does after 65,535 iterations of invocations
+// that run side by side: together when they do the same, one after the other when they do not. Then no loop
+// comes to a third iteration. To be asked last.
+bool guard_cut() {
+    uint three = 3u + (gl_NumWorkGroups.z >> 31);  // which no compiler knows
+    uint count = 0;
+    for (uint i = 0; i < three; ++i) {
+        ++count;
+    }
+    guard_faults |= count == three ? 0 : kEndlessLoop;
+    return count != three;
+}
+
+uint guard_index(const in uint index, const in uint size) {
+    guard_faults |= index < size ? 0 : kBadIndex;
+    return index < size ? index : 0;
+}
+
+int guard_index(const in int index, const in int size) {
+    return int(guard_index(uint(index), uint(size)));
+}
+
+uint guard_divisor(const in uint number, const in uint divisor) {
+    guard_faults |= divisor == 0 ? kBadDivisor : 0;
+    return divisor == 0 ? 1 : divisor;
+}
+
+int guard_divisor(const in int number, const in int divisor) {
+    bool bad = divisor == 0 || (divisor == -1 && uint(number) == 0x80000000u);
+    guard_faults |= bad ? kBadDivisor : 0;
+    return bad ? 1 : divisor;
+}
+
+uint guard_shift(const in uint shift) {
+    guard_faults |= shift < 32 ? 0 : kBadShift;
+    return shift & 31u;
+}
+
+int guard_shift(const in int shift) { return int(guard_shift(uint(shift))); }
+
+float guard_to_int(const in float x) {
+    bool good = x > -2147483904.0 && x < 2147483648.0;
+    guard_faults |= good ? 0 : kBadConversion;
+    return good ? x : 0.0;
+}
+
+double guard_to_int(const in double x) {
+    bool good = x > -2147483649.0lf && x < 2147483648.0lf;
+    guard_faults |= good ? 0 : kBadConversion;
+    return good ? x : 0.0lf;
+}
+
+float guard_to_uint(const in float x) {
+    bool good = x > -1.0 && x < 4294967296.0;
+    guard_faults |= good ? 0 : kBadConversion;
+    return good ? x : 0.0;
+}
+
+double guard_to_uint(const in double x) {
+    bool good = x > -1.0lf && x < 4294967296.0lf;
+    guard_faults |= good ? 0 : kBadConversion;
+    return good ? x : 0.0lf;
+}
+
+// A zero that no compiler knows to be one: lavapipe takes 0 times infinity for 0 when it does, and 0 / 0 for
+// whatever is in a register. A dispatch has one layer of workgroups.
+float guard_zero32() { return uintBitsToFloat(gl_NumWorkGroups.z >> 31); }
+double guard_zero64() { return double(guard_zero32()); }
+
+float guard_nan(const in float like) { return uintBitsToFloat(0x7fc00000u); }
+double guard_nan(const in double like) { return packDouble2x32(uvec2(0u, 0x7ff80000u)); }
+
+// Infinity with the sign of x.
+float guard_infinity(const in float x) {
+    return uintBitsToFloat(0x7f800000u | (floatBitsToUint(x) & 0x80000000u));
+}
+double guard_infinity(const in double x) {
+    return packDouble2x32(uvec2(0u, 0x7ff00000u | (unpackDouble2x32(x).y & 0x80000000u)));
+}
+
+#define GUARDS(real)                                                                                    \
+    real guard_divide(const in real a, const in real b) {                                               \
+        return b == real(0) ? a * guard_infinity(b) : a / b;                                            \
+    }                                                                                                   \
+    real guard_modulo(const in real a, const in real b) {                                               \
+        return b == real(0) || isinf(b) ? guard_nan(a) : mod(a, b);                                     \
+    }                                                                                                   \
+    real guard_min(const in real a, const in real b) {                                                  \
+        return isnan(a) || isnan(b) ? guard_nan(a) : min(a, b);                                         \
+    }                                                                                                   \
+    real guard_max(const in real a, const in real b) {                                                  \
+        return isnan(a) || isnan(b) ? guard_nan(a) : max(a, b);                                         \
+    }                                                                                                   \
+    real guard_clamp(const in real x, const in real low, const in real high) {                          \
+        return isnan(x) || isnan(low) || isnan(high) ? guard_nan(x) : min(max(x, low), high);           \
+    }                                                                                                   \
+    real guard_sign(const in real x) { return isnan(x) ? x : sign(x); }                                 \
+    real guard_step(const in real edge, const in real x) {                                              \
+        return isnan(edge) || isnan(x) ? guard_nan(x) : step(edge, x);                                  \
+    }                                                                                                   \
+    real guard_smoothstep(const in real low, const in real high, const in real x) {                     \
+        real t = guard_clamp(guard_divide(x - low, high - low), real(0), real(1));                      \
+        return t * t * (real(3) - real(2) * t);                                                         \
+    }                                                                                                   \
+    /* 1, unless something is of no size and has no direction or inverse. */                            \
+    real guard_size(const in real size) {                                                               \
+        return size == real(0) || isnan(size) || isinf(size) ? guard_nan(size) : real(1);               \
+    }
+GUARDS(float)
+GUARDS(double)
+#undef GUARDS
+
+// NaN also where GLSL leaves it open: for x < 0, and for x = 0 without a y > 0.
+float guard_pow(const in float x, const in float y) {
+    return isnan(x) || isnan(y) || x < 0.0 || (x == 0.0 && !(y > 0.0)) ? guard_nan(x) : pow(x, y);
+}
+
+float guard_atan(const in float x) { return isnan(x) ? x : atan(x); }
+
+float guard_atan(const in float y, const in float x) {
+    if (isnan(x) || isnan(y) || (isinf(x) && isinf(y))) {
+        return guard_nan(x);
+    }
+    if (x == 0.0 && y == 0.0) {
+        float turn = (floatBitsToUint(x) & 0x80000000u) == 0u ? 0.0 : 3.14159265;
+        return (floatBitsToUint(y) & 0x80000000u) == 0u ? turn : -turn;
+    }
+    return atan(y, x);
+}
