@@ -90,6 +90,10 @@ void print_result(std::string_view name, std::string_view text) {
     print_line(fmt::format("{:<16}{}", name, text), kResultsAreThere);
 }
 
+void print_warning(std::string_view text) {
+    std::fputs(fmt::format("merl-scan: warning: {}\n", printable(text)).c_str(), stderr);
+}
+
 void flush_output(std::string_view note) {
     if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0) {
         throw Error(Fault::output, fmt::format("standard output cannot be written: {}{}",

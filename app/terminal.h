@@ -27,6 +27,9 @@ void print_lines(std::string_view text);
 /// place.
 void print_result(std::string_view name, std::string_view text);
 
+/// Writes one line, `printable`, of what the user should know of their input to standard error.
+void print_warning(std::string_view text);
+
 /// Sees to it that what went to standard output arrived. Throws Error (output) like print_line.
 void flush_output(std::string_view note = {});
 

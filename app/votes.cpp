@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -47,6 +48,7 @@ struct Options {
 struct Inputs {
     scan::Votes votes;
     std::vector<scan::SurveyAnswer> survey;
+    std::vector<std::string> warnings;
 };
 
 /// `sources` gets the names and hashes of the files.
@@ -77,6 +79,13 @@ Inputs read_inputs(const Options& options, ordered_json& sources) {
         ordered_json source;
         scan::parse_survey(read(path, source), path, inputs.survey);
         sources["survey"].push_back(source);
+    }
+    inputs.warnings.insert(inputs.warnings.end(), inputs.votes.warnings.begin(),
+                           inputs.votes.warnings.end());
+    if (const auto repeated = scan::drop_repeated_answers(inputs.survey); repeated > 0) {
+        inputs.warnings.push_back(
+            fmt::format("--survey: {} of the same judge's, in several saves; shown once",
+                        counted(repeated, "answer")));
     }
     return inputs;
 }
@@ -186,6 +195,7 @@ void print_summary(const Options& options, const Inputs& inputs,
 int print_thesis(const Options& options) {
     ordered_json sources;
     const auto inputs = read_inputs(options, sources);
+    std::ranges::for_each(inputs.warnings, print_warning);
     const auto statistics = scan::vote_statistics(inputs.votes, {.replicates = 0});
     print_lines(scan::thesis_table(inputs.votes, statistics));
     return kSuccess;
@@ -200,10 +210,15 @@ int run(const Options& options) {
     OutputDirectory out(options.out, options.force, owned);
     ordered_json sources;
     const auto inputs = read_inputs(options, sources);
+    std::ranges::for_each(inputs.warnings, print_warning);
     const auto statistics = scan::vote_statistics(inputs.votes, options.bootstrap);
     throw_if_interrupted();
     ordered_json summary = {{"program", {{"name", "merl-scan"}, {"version", kVersion}}}};
     summary.update(sources);
+    summary["warnings"] = ordered_json::array();
+    for (const auto& warning : inputs.warnings) {
+        summary["warnings"].push_back(as_utf8(warning));
+    }
     summary["kit_hash"] = as_utf8(inputs.votes.kit_hash);
     summary["bootstrap"] = {{"replicates", options.bootstrap.replicates},
                             {"seed", options.bootstrap.seed},
