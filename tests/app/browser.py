@@ -6,6 +6,7 @@ import collections
 import json
 import os
 import pathlib
+import select
 import shutil
 import signal
 import subprocess
@@ -96,15 +97,10 @@ class Browser:
 
     def message(self, end):
         """The next message of the browser."""
-        os.set_blocking(self.from_browser, False)
         while b"\0" not in self.buffer:
-            if time.monotonic() > end:
+            if not select.select([self.from_browser], [], [], max(0, end - time.monotonic()))[0]:
                 raise TimeoutError("the browser does not answer")
-            try:
-                data = os.read(self.from_browser, 1 << 16)
-            except BlockingIOError:
-                time.sleep(0.005)
-                continue
+            data = os.read(self.from_browser, 1 << 16)
             if not data:
                 raise EOFError("the browser has ended")
             self.buffer += data
