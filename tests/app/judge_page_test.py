@@ -407,11 +407,13 @@ class Page(Case):
         self.addCleanup(shutil.rmtree, self.kits / "light")
         path = self.work / "window.png"
 
-        def picture():
+        def picture(below="sides"):
+            """From the upper edge of the spheres down."""
             self.browser.draw()
-            return self.browser.screenshot(path, **self.browser.run(
-                "(({x, y, width, height}) => ({x: 0, y: Math.ceil(y), width: 600, height: Math.floor(height)}))"
-                "(byId('sides').getBoundingClientRect())"))
+            top, bottom = self.browser.run(
+                "[Math.ceil(byId('sides').getBoundingClientRect().top),"
+                f"Math.floor(byId('{below}').getBoundingClientRect().bottom)]")
+            return self.browser.screenshot(path, x=0, y=top, width=600, height=bottom - top)
 
         def show():
             self.show("light", width=600, height=400)
@@ -420,7 +422,7 @@ class Page(Case):
             self.press("ArrowDown")
 
         show()
-        plain = picture()
+        whole, plain = picture("votes"), picture()
         _, height, rows = read_png(path)
         self.assertEqual(pixel(rows, 300, height // 2), (230, 230, 230))
         self.assertNotEqual(pixel(rows, 150, height // 2), (230, 230, 230))
@@ -428,15 +430,16 @@ class Page(Case):
                                ("prefers-color-scheme", "dark"), ("prefers-reduced-motion", "reduce")):
             self.browser.call("Emulation.setEmulatedMedia", features=[{"name": feature, "value": value}])
             self.assertTrue(self.browser.run(f"matchMedia('({feature}: {value})').matches"))
-            self.assertEqual(picture(), plain, feature)
+            self.assertEqual(picture("votes"), whole, feature)
         self.browser.call("Emulation.setEmulatedMedia", features=[])
         self.browser.call("Emulation.setAutoDarkModeOverride", enabled=True)
         self.assertEqual(picture(), plain)
-        # As the user's own setting, on a system that is light, and on one that is dark.
+        # As the user's own setting, on a system that is light, where no page is asked, and on one that is dark.
         for flags in [], ["--force-dark-mode"]:
             self.browser = self.start(flags=["--enable-features=WebContentsForceDark", *flags])
             show()
             self.assertEqual(picture(), plain, flags)
+        self.assertEqual(picture("votes"), whole)
         # Extensions that darken pages leave one alone that says so.
         self.assertTrue(self.browser.run("document.querySelector('meta[name=darkreader-lock]') !== null"))
 
