@@ -125,6 +125,13 @@ Inputs read_inputs(const Options& options, ordered_json& sources) {
         scan::parse_survey(read(path, source), path, inputs.survey);
         sources["survey"].push_back(source);
     }
+    inputs.warnings.insert(inputs.warnings.end(), inputs.votes.warnings.begin(),
+                           inputs.votes.warnings.end());
+    if (const auto repeated = scan::drop_repeated_answers(inputs.survey); repeated > 0) {
+        inputs.warnings.push_back(
+            fmt::format("--survey: {} of the same judge's, in several saves; shown once",
+                        counted(repeated, "answer")));
+    }
     return inputs;
 }
 

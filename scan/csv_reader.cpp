@@ -9,6 +9,18 @@
 
 namespace merl::scan {
 
+std::string columns_text(const std::vector<std::string>& header) {
+    constexpr std::size_t kMost = 16;
+    const auto shown = std::min(header.size(), kMost);
+    return fmt::format(
+        "{} column{}, \"{}{}\"{}", header.size(), header.size() == 1 ? "" : "s",
+        fmt::join(header.begin(), header.begin() + static_cast<std::ptrdiff_t>(shown), ","),
+        shown < header.size() ? ",..." : "",
+        header.size() > 1 && header.back().empty()
+            ? ", the last without a name (a comma at the end of the line begins one more)"
+            : "");
+}
+
 CsvReader::CsvReader(std::string_view text, std::string file)
     : text_(text), file_(std::move(file)) {
     if (const auto zero = text_.find('\0'); zero != std::string_view::npos) {

@@ -10,6 +10,10 @@ namespace merl::scan {
 /// The most fields of a row.
 inline constexpr std::size_t max_csv_fields = 4096;
 
+/// A header as errors say what they found: how many columns, and what they are called, of many only
+/// the first.
+std::string columns_text(const std::vector<std::string>& header);
+
 /// Reads the rows of a CSV text as RFC 4180 has them: quoted fields with doubled quotes, commas and
 /// line breaks inside; lines end in LF or CR LF. A byte order mark before the text and empty lines
 /// are skipped. Whatever else is not RFC 4180 is an InputError that names the line.

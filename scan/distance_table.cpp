@@ -65,9 +65,8 @@ std::vector<std::string> metrics_of(const std::vector<std::string>& header,
                                (header[0] == "material_1" && header[1] == "material_2"));
     if (!known) {
         reader.fail(
-            fmt::format("found the columns \"{}\"; expected material_a, material_b, and one "
-                        "for each metric",
-                        joined(std::span(header).first(std::min<std::size_t>(header.size(), 8)))));
+            fmt::format("found {}; expected material_a, material_b, and one for each metric",
+                        columns_text(header)));
     }
     auto sorted = header;
     std::ranges::sort(sorted);
@@ -77,7 +76,7 @@ std::vector<std::string> metrics_of(const std::vector<std::string>& header,
     std::vector<std::string> metrics;
     for (const auto& column : std::span(header).subspan(2)) {
         if (column.empty()) {
-            reader.fail("found a column without a name");
+            reader.fail(fmt::format("found {}; expected a name for each", columns_text(header)));
         }
         if (!std::ranges::binary_search(sorted, described_column(column))) {
             metrics.push_back(column);

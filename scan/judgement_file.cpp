@@ -96,13 +96,9 @@ JudgementFile parse_csv(std::string_view text, const std::string& file,
     CsvReader reader(text, file);
     const auto header = reader.header();
     if (header != reference_header && header != configuration_header) {
-        reader.fail(fmt::format(
-            R"(found the columns "{}"; expected "{}" or "{}")",
-            fmt::join(header.begin(),
-                      header.begin() +
-                          static_cast<std::ptrdiff_t>(std::min<std::size_t>(header.size(), 8)),
-                      ","),
-            fmt::join(reference_header, ","), fmt::join(configuration_header, ",")));
+        reader.fail(fmt::format(R"(found {}; expected "{}" or "{}")", columns_text(header),
+                                fmt::join(reference_header, ","),
+                                fmt::join(configuration_header, ",")));
     }
     const bool with_reference = header == reference_header;
     RowReader rows(reader, with_reference ? reference_header : configuration_header);

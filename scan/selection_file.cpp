@@ -36,10 +36,11 @@ void read_header(CsvReader& reader, SelectionFile& selection) {
             return;
         }
     }
-    reader.fail(
-        "found other columns than those of selection.csv; expected "
-        "rank,left_1,left_2,right_1,right_2,D1_left,D1_right,D2_left,D2_right,agreement with the "
-        "names of two metrics for D1 and D2");
+    reader.fail(fmt::format(
+        "found {}; expected the {} of selection.csv, "
+        "\"rank,left_1,left_2,right_1,right_2,D1_left,D1_right,D2_left,D2_right,agreement\" with "
+        "the names of two metrics for D1 and D2",
+        columns_text(header), columns));
 }
 
 double number(const std::string& text, const CsvReader& reader) {

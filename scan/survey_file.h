@@ -21,6 +21,10 @@ struct SurveyAnswer {
 void parse_survey(std::string_view text, const std::string& file,
                   std::vector<SurveyAnswer>& answers);
 
+/// Drops what several saves of a judge's answers repeat: the same answer to a question again, and
+/// no answer where there is one. Returns how many rows that were.
+std::size_t drop_repeated_answers(std::vector<SurveyAnswer>& answers);
+
 /// Writes the same columns; every text is csv_free_text. Throws std::system_error.
 void write_survey(int file, const std::vector<SurveyAnswer>& answers);
 

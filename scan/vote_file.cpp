@@ -111,13 +111,12 @@ class RowReader {
 };
 
 void expect_header(CsvReader& reader) {
-    auto header = reader.header();
+    const auto header = reader.header();
     if (header != vote_header) {
-        header.resize(std::min(header.size(), vote_header.size()));
-        const auto columns = fmt::format("{}", fmt::join(header, ","));
-        reader.fail(fmt::format(R"(found the columns "{}"; expected "{}"{})", columns,
-                                fmt::join(vote_header, ","),
-                                columns == survey_columns ? "; a survey belongs to --survey" : ""));
+        const bool survey = fmt::format("{}", fmt::join(header, ",")) == survey_columns;
+        reader.fail(fmt::format(R"(found {}; expected {}, "{}"{})", columns_text(header),
+                                vote_header.size(), fmt::join(vote_header, ","),
+                                survey ? "; a survey belongs to --survey" : ""));
     }
 }
 

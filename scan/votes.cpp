@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "scan/input.h"
+#include "scan/judge_name.h"
 
 namespace merl::scan {
 namespace {
@@ -153,8 +154,40 @@ void check_kit(const SelectionFile& selection, const std::string& selection_hash
     }
 }
 
-void check_files(const VoteKit* kit, std::span<const VoteFile> files) {
-    std::map<std::string, std::string> judges;
+/// Whether one of two saves of a judge has an answer that the other has not. Throws InputError
+/// where both have a trial and it is not the same.
+bool has_more(const VoteFile& one, const VoteFile& other) {
+    std::map<std::pair<std::uint64_t, TrialKind>, const TrialRow*> trials;
+    for (const auto& row : other.rows) {
+        trials[{row.configuration, row.kind}] = &row;
+    }
+    bool more = false;
+    for (const auto& row : one.rows) {
+        const auto found = trials.find({row.configuration, row.kind});
+        if (found == trials.end()) {
+            more = more || row.vote != 0;
+            continue;
+        }
+        const auto& same = *found->second;
+        const bool contrary = row.vote != 0 && same.vote != 0 &&
+                              (row.vote != same.vote || row.response_ms != same.response_ms);
+        if (contrary || row.trial != same.trial || row.swapped != same.swapped ||
+            row.shown != same.shown) {
+            throw InputError(fmt::format(
+                "{}, line {}: is not what {}, line {}, says of the same trial of \"{}\"; expected "
+                "one judge's votes once: give only the last save, or two judges two names",
+                one.file, row.line, other.file, same.line, other.judge));
+        }
+        more = more || (row.vote != 0 && same.vote == 0);
+    }
+    return more;
+}
+
+/// The files of the same kit, one a judge; says in `warnings` which others there were.
+std::vector<const VoteFile*> counted_files(const VoteKit* kit, std::span<const VoteFile> files,
+                                           std::vector<std::string>& warnings) {
+    std::vector<const VoteFile*> counted;
+    std::map<std::wstring, std::size_t> judges;  // where in `counted`
     for (const auto& file : files) {
         const std::string& expected = kit != nullptr ? kit->kit_hash : files[0].kit_hash;
         if (file.kit_hash != expected) {
@@ -163,13 +196,32 @@ void check_files(const VoteKit* kit, std::span<const VoteFile> files) {
                 "cannot be put together)",
                 file.file, file.kit_hash, expected, kit != nullptr ? kit->file : files[0].file));
         }
-        if (const auto [other, added] = judges.emplace(file.judge, file.file); !added) {
-            throw InputError(
-                fmt::format("{}: found the judge \"{}\", whose votes {} has already; "
-                            "expected each judge once",
-                            file.file, file.judge, other->second));
+        const auto [place, added] = judges.emplace(judge_identity(file.judge), counted.size());
+        if (added) {
+            counted.push_back(&file);
+            continue;
         }
+        const VoteFile*& other = counted[place->second];
+        const bool more = has_more(file, *other);
+        const bool less = has_more(*other, file);
+        if (more && less) {
+            throw InputError(fmt::format(
+                "{}: has answers of \"{}\" that {} has not, and lacks some that it has; expected "
+                "one judge's votes once: give the save that has all",
+                file.file, file.judge, other->file));
+        }
+        const auto& kept = more ? file : *other;
+        const auto& dropped = more ? *other : file;
+        warnings.push_back(
+            more || less ? fmt::format("{}: is an earlier save of the votes of \"{}\", all of "
+                                       "which {} has; only that one is counted",
+                                       dropped.file, dropped.judge, kept.file)
+                         : fmt::format("{}: has the same votes of \"{}\" as {}; they are counted "
+                                       "once",
+                                       dropped.file, dropped.judge, kept.file));
+        other = &kept;
     }
+    return counted;
 }
 
 }  // namespace
@@ -182,11 +234,12 @@ Votes gather_votes(const SelectionFile& selection, const std::string& selection_
     if (kit != nullptr) {
         check_kit(selection, selection_hash, *kit);
     }
-    check_files(kit, files);
+    std::vector<std::string> warnings;
+    const auto counted = counted_files(kit, files, warnings);
     Experiment experiment(selection, kit);
-    for (const auto& file : files) {
-        for (const auto& row : file.rows) {
-            experiment.take(file, row);
+    for (const auto* file : counted) {
+        for (const auto& row : file->rows) {
+            experiment.take(*file, row);
         }
     }
     Votes votes{.first_metric = selection.first_metric,
@@ -195,15 +248,16 @@ Votes gather_votes(const SelectionFile& selection, const std::string& selection_
                 .with_kit = kit != nullptr,
                 .configurations = experiment.configurations(),
                 .judges = {},
-                .trials = experiment.trials().size()};
+                .trials = experiment.trials().size(),
+                .warnings = std::move(warnings)};
     std::map<std::uint64_t, std::uint32_t> index;
     for (std::uint32_t k = 0; k < votes.configurations.size(); ++k) {
         index[votes.configurations[k].number] = k;
     }
-    for (const auto& file : files) {
-        Judge judge{.name = file.judge, .file = file.file, .ballots = {}};
+    for (const auto* file : counted) {
+        Judge judge{.name = file->judge, .file = file->file, .ballots = {}};
         std::set<Trial> missing = experiment.trials();
-        for (const auto& row : file.rows) {
+        for (const auto& row : file->rows) {
             const bool repeat = row.kind == TrialKind::repeat;
             missing.erase({row.configuration, repeat});
             judge.ballots.push_back({.configuration = index.at(row.configuration),

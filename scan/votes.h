@@ -51,10 +51,12 @@ struct Votes {
     std::vector<JudgedConfiguration> configurations;  ///< the selection's, then by number
     std::vector<Judge> judges;                        ///< in the order of the files
     std::uint64_t trials;                             ///< of each judge
+    std::vector<std::string> warnings = {};           ///< saves not counted, one line each
 };
 
-/// Puts the judges' files together and checks them: every file has another judge and the same kit
-/// hash (that of the kit, if there is one), every row shows the pairs of its configuration on the
+/// Puts the judges' files together and checks them: every file has the same kit hash (that of the
+/// kit, if there is one), and of several saves of a judge (judge_name.h) the fullest, which has all
+/// answers of the others, counts; every row shows the pairs of its configuration on the
 /// sides that `swapped` says, and is a trial of the kit. Trials of the kit without a row count as
 /// not answered; without a kit these are those of the selection and whatever another judge has.
 ///

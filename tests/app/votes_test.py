@@ -201,7 +201,22 @@ class Votes(Case):
             self.assert_refused(status, words, "votes", *files, "--selection",
                                 selection or self.selection, *options)
 
-        refused(["good.csv", "judge \"good\"", "once"], good, good)
+        # A comma at the end of the header, in every table that is read.
+        for name, option, expected in (("good.csv", None, "expected 13,"),
+                                       (self.selection, "--selection", "expected the 10 of"),
+                                       ("answers.csv", "--survey", "judge,question,answer")):
+            if name == "answers.csv":
+                (self.work / name).write_text("judge,question,answer\nanna,comments,none\n")
+            text = (self.work / name).read_text()
+            (self.work / "comma.csv").write_text(text.replace("\n", ",\n", 1))
+            if option == "--selection":
+                refused(["comma.csv", "11 columns", "the last without a name", expected], good,
+                        selection="comma.csv")
+            elif option:
+                refused(["comma.csv", "4 columns", "the last without a name", expected], good,
+                        options=[option, "comma.csv"])
+            else:
+                refused(["comma.csv", "14 columns", "the last without a name", expected], "comma.csv")
         refused(["other.csv", "kit-2", "kit-1"], good,
                 self.write_judge("other", self.trials(rows, lambda _: 3), kit="kit-2"))
         bad = self.trials(rows, lambda _: 3)
@@ -231,6 +246,48 @@ class Votes(Case):
         refused(["m0.png", "no PNG"], good, options=["--spheres", "spheres"])
         refused(["--out excludes --thesis"], good, status=USAGE, options=["--thesis", "--out", "x"])
         self.assert_refused(USAGE, ["files"], "votes", "--selection", self.selection)
+
+    def test_saves_of_a_judge_count_once(self):
+        """A second save, an earlier one, another spelling of the name: the figures do not change."""
+        rows = self.select([f"m{i}" for i in range(9)], 20)
+        trials = self.trials(rows, lambda _: self.answer("selection"), lambda: self.random.random() < 0.5)
+        whole = self.write_judge("Åsa", trials)
+        earlier = self.write_judge("åsa", [[*t[:7], *(["", ""] if i > 8 else t[7:])]
+                                           for i, t in enumerate(trials)], file="earlier.csv")
+        other = self.write_judge("bo", self.trials(rows, lambda _: 3))
+        write_rows(self.work / "answers.csv", ["judge", "question", "answer"],
+                   [["Åsa", "comments", "good"], ["Åsa", "keys_easy", ""]])
+        write_rows(self.work / "answers2.csv", ["judge", "question", "answer"],
+                   [["åsa", "comments", "good"], ["Åsa", "keys_easy", "5"]])
+
+        def figures(*files, warnings=(), out):
+            survey = ["--survey", "answers.csv", "--survey", "answers2.csv"]
+            result = self.run_program("votes", *files, "--selection", self.selection, "--out", out,
+                                      *survey, "--quiet")
+            self.assertEqual(result.returncode, 0, result.stderr)
+            lines = result.stderr.splitlines()
+            self.assertEqual(len(lines), len(warnings) + 1, lines)
+            for line, words in zip(lines, warnings):
+                self.assertTrue(line.startswith("merl-scan: warning: "), line)
+                self.assertIn(words, line)
+            self.assertIn("--survey: 2 answers", lines[-1])
+            self.assertEqual(read_csv(self.work / out / "survey.csv")[1],
+                             [["Åsa", "comments", "good"], ["Åsa", "keys_easy", "5"]])
+            summary = read_json(self.work / out / "summary.json")
+            self.assertEqual([f"merl-scan: warning: {text}" for text in summary["warnings"]], lines)
+            return summary["figures"]
+
+        plain = figures(whole, other, out="plain")
+        (self.work / "again.csv").write_bytes((self.work / whole).read_bytes())
+        self.assertEqual(figures(whole, "again.csv", other, warnings=["has the same votes of"],
+                                 out="again"), plain)
+        self.assertEqual(figures(earlier, other, whole, warnings=["earlier.csv: is an earlier save"],
+                                 out="fuller"), plain)
+        # What contradicts is for the researcher to decide.
+        trials[4][7] = 2 if trials[4][7] != 2 else 3
+        changed = self.write_judge("Åsa", trials, file="changed.csv")
+        self.assert_refused(INPUT, ["changed.csv, line 6", "Åsa.csv, line 6", "give only the last save"],
+                            "votes", whole, changed, "--selection", self.selection)
 
     def test_report(self):
         """votes.html in a browser, with texts that would be markup or a formula."""

@@ -62,6 +62,16 @@ TEST(CsvReader, RowsAreAsWideAsTheHeader) {
     EXPECT_THROW(empty.header(), InputError);
 }
 
+TEST(CsvReader, SaysWhichColumnsThereAre) {
+    EXPECT_EQ(columns_text({"a"}), "1 column, \"a\"");
+    EXPECT_EQ(columns_text({"a", "b"}), "2 columns, \"a,b\"");
+    EXPECT_EQ(columns_text({"a", "b", ""}),
+              "3 columns, \"a,b,\", the last without a name (a comma at the end of the line "
+              "begins one more)");
+    EXPECT_EQ(columns_text(std::vector<std::string>(17, "x")),
+              "17 columns, \"x,x,x,x,x,x,x,x,x,x,x,x,x,x,x,x,...\"");
+}
+
 // The examples of RFC 4180, section 2.
 TEST(CsvReader, QuotedRows) {
     EXPECT_EQ(rows_of("\"aaa\",\"bbb\",\"ccc\"\r\nzzz,yyy,xxx"),

@@ -61,6 +61,9 @@ TEST(VoteFile, BadFilesAreExplained) {
     };
     expect_refused("a,b\n", {"line 1", "\"a,b\"", "judge,trial"});
     expect_refused("\n", {"header"});
+    expect_refused(fmt::format("{},\n", kHeader.substr(0, kHeader.size() - 1)),
+                   {"found 14 columns, \"judge,", "kit_hash,\", the last without a name",
+                    "a comma at the end", "expected 13, \"judge,"});
     expect_refused(kHeader, {"no row", "expected a trial"});
     expect_refused(kHeader + "j,1\n", {"line 2", "2 fields", "expected 13"});
     expect_refused(row(",1,1,selection", "0,1,,s,k"), {"judge", "no name"});

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "scan/input.h"
+#include "scan/judge_name.h"
 #include "scan/vote_kit.h"
 
 namespace merl::scan {
@@ -95,7 +96,6 @@ TEST(GatherVotes, BadVotesAreExplained) {
     const auto kit = parse_vote_kit(kKit, "kit.json");
     const auto good = votes_of("j", kRows);
     expect_refused({}, nullptr, {"no votes"});
-    expect_refused({good, good}, nullptr, {"j.csv", "judge \"j\"", "once"});
     expect_refused({good, votes_of("i", kRows, "other")}, nullptr, {"i.csv", "other", "j.csv"});
     expect_refused({votes_of("i", kRows, "other")}, &kit, {"i.csv", "other", "kit.json"});
     for (const auto* with : {&kit, static_cast<const VoteKit*>(nullptr)}) {
@@ -111,6 +111,76 @@ TEST(GatherVotes, BadVotesAreExplained) {
     expect_refused({votes_of("j", {"1,repeat,a,b,c,d,0,1"})}, &kit,
                    {"repeat of configuration 1", "kit.json does not have"});
     expect_refused({good, votes_of("i", {"3,sentinel,a,b,c,d,0,1"})}, nullptr, {"i.csv, line 2"});
+}
+
+std::string other_votes(const VoteFile& file, std::size_t row, std::uint8_t vote) {
+    std::vector<VoteFile> files(2, file);
+    files[1].file = "again.csv";
+    files[1].rows.at(row).vote = vote;
+    try {
+        const auto votes = gather_votes(selection(), "h", nullptr, files);
+        EXPECT_EQ(votes.judges.size(), 1);
+        EXPECT_EQ(votes.warnings.size(), 1);
+        return votes.judges.at(0).file + ": " + votes.warnings.at(0);
+    } catch (const InputError& error) {
+        return error.what();
+    }
+}
+
+TEST(GatherVotes, SavesOfAJudgeCountOnce) {
+    const auto whole = votes_of("Anna", kRows);
+    EXPECT_EQ(other_votes(whole, 0, 1),
+              "Anna.csv: again.csv: has the same votes of \"Anna\" as Anna.csv; they are counted "
+              "once");
+    EXPECT_EQ(other_votes(whole, 0, 0),
+              "Anna.csv: again.csv: is an earlier save of the votes of \"Anna\", all of which "
+              "Anna.csv has; only that one is counted");
+    EXPECT_EQ(other_votes(whole, 2, 1),
+              "again.csv, line 4: is not what Anna.csv, line 4, says of the same trial of "
+              "\"Anna\"; expected one judge's votes once: give only the last save, or two judges "
+              "two names");
+    // The fuller one comes later, is written otherwise, or has more rows.
+    for (const auto* name : {"ANNA", " anna "}) {
+        auto more = votes_of(name, kRows);
+        auto less = whole;
+        less.rows.pop_back();
+        less.rows[1].vote = 0;
+        const auto votes = gather_votes(selection(), "h", nullptr,
+                                        std::vector{less, votes_of("bo", kRows), more, less, more});
+        ASSERT_EQ(votes.judges.size(), 2);
+        EXPECT_EQ(votes.judges[0].name, name);
+        EXPECT_EQ(votes.judges[0].ballots[1].shown, 2);
+        EXPECT_EQ(votes.judges[1].name, "bo");
+        EXPECT_EQ(votes.warnings.size(), 3);
+    }
+    // Neither has all.
+    auto other = whole;
+    other.file = "other.csv";
+    auto first = whole;
+    first.rows[0].vote = 0;
+    other.rows[1].vote = 0;
+    expect_refused({first, other}, nullptr, {"other.csv", "Anna.csv has not", "lacks some"});
+    // The same vote at another time, or what was shown otherwise, is another answer.
+    other = whole;
+    other.rows[0].response_ms = 5;
+    expect_refused({whole, other}, nullptr, {"line 2", "same trial", "two names"});
+    other = votes_of("anna", {"1,selection,a,b,c,d,0,2", "2,selection,b,d,c,a,1,1"});
+    expect_refused({whole, other}, nullptr, {"anna.csv, line 2", "same trial", "two names"});
+}
+
+TEST(GatherVotes, NamesAreTheSameInUpperAndLowerCase) {
+    for (const auto& [one, other] :
+         std::vector<std::pair<std::string, std::string>>{{"anna", "ANNA"},
+                                                          {"\u00e5sa", "\u00c5SA"},
+                                                          {"\u03b1\u03c3", "\u0391\u03c2"},
+                                                          {"stra\u00dfe", "STRA\u00dfE"},
+                                                          {" an  na ", "An Na"},
+                                                          {"\xff", "\xff"}}) {
+        EXPECT_EQ(judge_identity(one), judge_identity(other)) << one;
+    }
+    EXPECT_NE(judge_identity("anna"), judge_identity("an na"));
+    EXPECT_NE(judge_identity("\xff"), judge_identity("\xfe"));
+    EXPECT_NE(judge_identity("\u00e5"), judge_identity("a"));
 }
 
 TEST(GatherVotes, AnotherKitIsExplained) {
