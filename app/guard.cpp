@@ -14,6 +14,8 @@
 #include <cstring>
 #include <exception>
 #include <fstream>
+#include <new>
+#include <system_error>
 
 #include "app/interrupt.h"
 #include "engine/error.h"
@@ -33,6 +35,8 @@ std::string report_of(const std::function<void()>& work) {
         return "";
     } catch (const Error& error) {
         return report(error.fault(), error.what());
+    } catch (const std::bad_alloc&) {
+        return report(Fault::resource, "out of memory while a metric is compiled and tried");
     } catch (const std::exception& error) {
         return report(Fault::input, error.what());
     }
@@ -113,12 +117,12 @@ void run_guarded(const std::string& what, double seconds, std::uint64_t bytes,
                  const std::function<void()>& work) {
     std::array<int, 2> pipe = {};
     if (::pipe(pipe.data()) != 0) {
-        throw std::runtime_error(fmt::format("no pipe: {}", std::strerror(errno)));
+        throw std::system_error(errno, std::generic_category(), "no pipe");
     }
     std::fflush(nullptr);
     const pid_t id = ::fork();
     if (id < 0) {
-        throw std::runtime_error(fmt::format("no process: {}", std::strerror(errno)));
+        throw std::system_error(errno, std::generic_category(), "no process");
     }
     if (id == 0) {
         ::close(pipe[0]);

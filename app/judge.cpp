@@ -186,6 +186,17 @@ ordered_json page_json(const ordered_json& kit, ShownMaterials& shown) {
 /// PNG files, [material][light].
 using Images = std::vector<std::vector<std::string>>;
 
+/// Throws Error (usage) when the images of the page have too many bytes.
+void require_page(std::uint64_t bytes) {
+    constexpr std::uint64_t kMost = std::uint64_t{256} << 20U;
+    if (bytes > kMost) {
+        throw Error(Fault::usage,
+                    fmt::format("the spheres have more than {} MiB, which no browser takes in one "
+                                "page; choose a smaller --size, or fewer lights or configurations",
+                                kMost >> 20U));
+    }
+}
+
 std::string hash_of(const ordered_json& kit, const Images& images) {
     std::string all = kit.dump();
     for (const auto& lights : images) {
@@ -223,7 +234,7 @@ void print_summary(const Options& options, const reflectance::Database& database
 int run(const Options& options) {
     OutputDirectory out(options.out, options.force, {"index.html", "kit.json"});
     Stopwatch watch;
-    const std::string text = scan::read_input(options.selection);
+    const std::string text = scan::read_input(options.selection, scan::max_trials_bytes);
     const auto selection = scan::parse_selection(text, options.selection);
     const auto distances = read_distances(options, selection);
     const auto trials = scan::plan_kit(selection, distances ? &*distances : nullptr, options.plan);
@@ -235,6 +246,7 @@ int run(const Options& options) {
     auto kit = kit_json(options, *database, selection, content_hash(text), trials);
     auto page = page_json(kit, shown);
     Images images(shown.names().size());
+    std::uint64_t bytes = 0;
     std::string device;
     {
         Progress progress("rendering", options.quiet);
@@ -242,6 +254,7 @@ int run(const Options& options) {
             *database, shown.places(), options.image,
             [&](std::size_t material, std::size_t, const Image& linear) {
                 images[material].push_back(png_file(displayed(linear, options.image)));
+                require_page(bytes += images[material].back().size());
             },
             [&](double share) { progress.update(share); });
     }

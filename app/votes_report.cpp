@@ -17,7 +17,8 @@ namespace {
 using nlohmann::ordered_json;
 
 /// A sphere is a small image; all of them are in the page.
-constexpr std::size_t kMostImageBytes = std::size_t{4} << 20U;
+constexpr std::uint64_t kMostImageBytes = std::uint64_t{4} << 20U;
+constexpr std::uint64_t kMostPageBytes = std::uint64_t{256} << 20U;
 
 /// The images of all materials, as the page embeds them.
 ordered_json images(const scan::Votes& votes, const std::filesystem::path& directory) {
@@ -33,19 +34,23 @@ ordered_json images(const scan::Votes& votes, const std::filesystem::path& direc
         materials.insert(configuration.materials.begin(), configuration.materials.end());
     }
     ordered_json result = ordered_json::object();
+    std::uint64_t bytes = 0;
     for (const auto& material : materials) {
         const auto path = directory / (material + ".png");
         // A name is the name of a file in this directory or it has no image.
         if (material.find('/') != std::string::npos || !std::filesystem::exists(path)) {
             continue;
         }
-        const std::string image = scan::read_input(path.string());
+        const std::string image = scan::read_input(path.string(), kMostImageBytes);
         if (!image.starts_with(kSignature)) {
             throw scan::InputError(path.string() + ": found no PNG image; expected one");
         }
-        if (image.size() > kMostImageBytes) {
-            throw scan::InputError(fmt::format("{}: has {} bytes; expected {} or fewer",
-                                               path.string(), image.size(), kMostImageBytes));
+        bytes += image.size();
+        if (bytes > kMostPageBytes) {
+            throw scan::InputError(
+                fmt::format("--spheres {}: the images have more than {} bytes, which no browser "
+                            "takes in one page; expected smaller ones",
+                            directory.string(), kMostPageBytes));
         }
         result[as_utf8(material)] = "data:image/png;base64," + base64(image);
     }
