@@ -92,7 +92,8 @@ int run(int argc, char** argv) {
         "  merl-scan scan --help                            all options of a command\n"
         "\n"
         "Exit status: 0 success, 1 verification failed, 2 usage, 3 bad input, 4 no usable device,\n"
-        "5 output cannot be written, 6 not enough memory, threads or open files, 70 internal error,\n"
+        "5 output cannot be written, 6 not enough memory, threads or open files, 70 internal "
+        "error,\n"
         "128 + signal when interrupted.");
     Command chosen;
     add_scan(program, chosen);

@@ -220,7 +220,8 @@ CLI::Option* add_distance_options(CLI::App& command, DistanceOptions& options,
                            "A Vulkan device by number or part of its name (default: the best)");
     auto* memory =
         command
-            .add_option("--memory", options.memory, "Bound on the memory of what is read and computed, like 512M or 2G")
+            .add_option("--memory", options.memory,
+                        "Bound on the memory of what is read and computed, like 512M or 2G")
             ->transform(byte_count())
             ->default_str("1G");
     command.add_option("--threads", options.threads, "Processor threads (default: all)")

@@ -208,8 +208,7 @@ int run(const Options& options) {
         o.refined = refine(o.distances, *o.obtained.database,
                            {o.obtained.metrics[0], o.obtained.metrics[1]},
                            std::max(1U, options.select), std::max(1U, options.per_material),
-                           options.distances.memory,
-                           [&](double share) { progress.update(share); });
+                           options.distances.memory, [&](double share) { progress.update(share); });
     }
     o.seconds.refine = watch.lap();
     o.census = scan::count_disagreements(o.distances);

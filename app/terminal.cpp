@@ -60,14 +60,22 @@ bool is_hidden(char32_t c) {
     struct Range {
         char32_t first, last;
     };
-    constexpr std::array<Range, 17> kHidden = {{{0x00, 0x1f},       {0x7f, 0x9f},
-                                                {0xad, 0xad},       {0x34f, 0x34f},
-                                                {0x61c, 0x61c},     {0x115f, 0x1160},
-                                                {0x17b4, 0x17b5},   {0x180b, 0x180f},
-                                                {0x200b, 0x200f},   {0x2028, 0x202e},
-                                                {0x2060, 0x206f},   {0x3164, 0x3164},
-                                                {0xfeff, 0xfeff},   {0xffa0, 0xffa0},
-                                                {0xfff0, 0xfffb},   {0x1d173, 0x1d17a},
+    constexpr std::array<Range, 17> kHidden = {{{0x00, 0x1f},
+                                                {0x7f, 0x9f},
+                                                {0xad, 0xad},
+                                                {0x34f, 0x34f},
+                                                {0x61c, 0x61c},
+                                                {0x115f, 0x1160},
+                                                {0x17b4, 0x17b5},
+                                                {0x180b, 0x180f},
+                                                {0x200b, 0x200f},
+                                                {0x2028, 0x202e},
+                                                {0x2060, 0x206f},
+                                                {0x3164, 0x3164},
+                                                {0xfeff, 0xfeff},
+                                                {0xffa0, 0xffa0},
+                                                {0xfff0, 0xfffb},
+                                                {0x1d173, 0x1d17a},
                                                 {0xe0000, 0xe0fff}}};
     return std::ranges::any_of(kHidden, [=](Range r) { return r.first <= c && c <= r.last; });
 }
@@ -88,7 +96,8 @@ std::string escaped(std::string_view text, bool controls) {
     while (!text.empty()) {
         const std::size_t length = character_length(text);
         const std::string_view character = text.substr(0, std::max<std::size_t>(length, 1));
-        if (length == 0 || text.starts_with("\\x") || (controls && is_hidden(code_point(character)))) {
+        if (length == 0 || text.starts_with("\\x") ||
+            (controls && is_hidden(code_point(character)))) {
             for (const char byte : character) {
                 result += fmt::format("\\x{:02x}", static_cast<unsigned char>(byte));
             }
@@ -136,9 +145,8 @@ void flush_output(std::string_view note) {
     const int code = errno;
     unread = nobody_reads();
     if (!unread) {
-        throw Error(Fault::output,
-                    fmt::format("standard output cannot be written: {}{}", std::strerror(code),
-                                note));
+        throw Error(Fault::output, fmt::format("standard output cannot be written: {}{}",
+                                               std::strerror(code), note));
     }
 }
 

@@ -182,7 +182,8 @@ void check_distances(device::Context& context, const Way& way, Report& report, b
                                  .first_bounds = of("cwcbrt").bounds,
                                  .second_bounds = of("pawcielab").bounds};
     refine(distances, *database,
-           {&reflectance::find_metric("cwcbrt"), &reflectance::find_metric("pawcielab")}, 0, 0, reflectance::DistanceOptions().memory_bytes, {});
+           {&reflectance::find_metric("cwcbrt"), &reflectance::find_metric("pawcielab")}, 0, 0,
+           reflectance::DistanceOptions().memory_bytes, {});
     const auto counts = scan::count_disagreements(distances).counts.disagreements();
     const auto difference = std::max(counts, kDisagreements) - std::min(counts, kDisagreements);
     report.row(fmt::format("disagreements{}", way.text), fmt::format("{}", kDisagreements),

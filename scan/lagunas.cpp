@@ -112,8 +112,7 @@ class Handler : public nlohmann::json_sax<nlohmann::json> {
     bool other(const std::string& found) const {
         if (table_ != nullptr) {
             fail(fmt::format("{}[{}]: found {}; expected rows of {} whole numbers from 0 to {}",
-                             table_->key, rows_, found,
-                             table_->width, table_->largest));
+                             table_->key, rows_, found, table_->width, table_->largest));
         }
         return true;
     }

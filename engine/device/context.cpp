@@ -218,11 +218,10 @@ vk::raii::Context make_loader() {
         return {};
     } catch (const std::runtime_error&) {
         const std::string room = lack_of_room();
-        throw Error(Fault::device,
-                    "the Vulkan loader (libvulkan.so.1) cannot be loaded" +
-                        (room.empty() ? "; on Debian: apt-get install libvulkan1 "
-                                        "mesa-vulkan-drivers"
-                                      : room));
+        throw Error(Fault::device, "the Vulkan loader (libvulkan.so.1) cannot be loaded" +
+                                       (room.empty() ? "; on Debian: apt-get install libvulkan1 "
+                                                       "mesa-vulkan-drivers"
+                                                     : room));
     }
 }
 

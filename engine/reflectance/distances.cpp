@@ -195,7 +195,7 @@ class Computation {
 /// The list of visited voxels has at most one run for each theta_h and theta_d, which is nothing
 /// unless the grid is of another shape than any that was measured.
 void require_room(const Grid& grid, std::uint64_t memory_bytes) {
-    constexpr std::uint64_t kShare = 8;     // of the memory, at most
+    constexpr std::uint64_t kShare = 8;    // of the memory, at most
     constexpr std::uint64_t kGrowing = 2;  // times what a list holds it may take
     const std::uint64_t bytes =
         kShare * kGrowing * sizeof(VoxelRun) * grid.theta_h * std::uint64_t{grid.theta_d};
@@ -213,14 +213,18 @@ DistanceResult compute_distances(device::Context& context, const Database& datab
                                  std::span<const Metric* const> metrics,
                                  const DistanceOptions& options) {
     const Clock total;
+    const auto plan = [&](std::uint64_t voxels) {
+        return plan_slabs(context.limits(), options.memory_bytes, database.materials().size(),
+                          voxels, metrics, options.shaders_only,
+                          static_cast<std::uint64_t>(tbb::this_task_arena::max_concurrency()));
+    };
+    plan(database.grid().voxels());  // throws if there is not even room for a block
     require_room(database.grid(), options.memory_bytes);
     const Domain domain(database.grid());
     const VoxelList voxels(domain, options.voxels);
     DistanceResult result;
     result.voxels = voxels.size();
-    result.plan = plan_slabs(context.limits(), options.memory_bytes, database.materials().size(),
-                             voxels.size(), metrics, options.shaders_only,
-                             static_cast<std::uint64_t>(tbb::this_task_arena::max_concurrency()));
+    result.plan = plan(voxels.size());
     auto& seconds = result.seconds;
     const Clock kernels;
     Computation computation(

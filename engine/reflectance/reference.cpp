@@ -119,9 +119,9 @@ Pass make_pass(std::span<const ReferenceRequest> requests, std::span<const std::
     const std::uint64_t most =
         std::clamp<std::uint64_t>(pass.blocks_at_a_time / budget.threads, 1, 64);
     pass.slab_blocks = std::clamp<std::uint64_t>(
-        std::min(kThreadBytes /
-                     (sizeof(BlockSamples) * std::max<std::size_t>(1, pass.materials.size())),
-                 budget.blocks(pass.materials.size())),
+        std::min(
+            kThreadBytes / (sizeof(BlockSamples) * std::max<std::size_t>(1, pass.materials.size())),
+            budget.blocks(pass.materials.size())),
         1, most);
     return pass;
 }
@@ -179,8 +179,7 @@ void sum_slab(const Database& database, const Pass& pass, const Slab& slab, Work
             }
             for (std::size_t p = 0; p < part.pairs.size(); ++p) {
                 const auto [a, b] = part.pairs[p];
-                sums[block][at + p] =
-                    metric.twin.sum(metric.parameters, grid[a], grid[b], weights);
+                sums[block][at + p] = metric.twin.sum(metric.parameters, grid[a], grid[b], weights);
             }
         }
         at += part.pairs.size();
@@ -254,8 +253,7 @@ std::vector<std::vector<double>> reference_distances(const Database& database,
             }
             sum_pass(database, domain, list, pass, totals, [&](double share) {
                 if (progress) {
-                    progress((static_cast<double>(done) +
-                              share * static_cast<double>(pass.pairs)) /
+                    progress((static_cast<double>(done) + share * static_cast<double>(pass.pairs)) /
                              static_cast<double>(pair_count));
                 }
             });
