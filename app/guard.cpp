@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <poll.h>
 #include <sys/prctl.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -14,10 +15,13 @@
 #include <cstring>
 #include <exception>
 #include <fstream>
+#include <limits>
 #include <new>
 #include <system_error>
+#include <vector>
 
 #include "app/interrupt.h"
+#include "engine/device/context.h"
 #include "engine/error.h"
 
 namespace merl::app {
@@ -36,7 +40,8 @@ std::string report_of(const std::function<void()>& work) {
     } catch (const Error& error) {
         return report(error.fault(), error.what());
     } catch (const std::bad_alloc&) {
-        return report(Fault::resource, "out of memory while a metric is compiled and tried");
+        return report(Fault::resource,
+                      "out of memory; raise the limit (ulimit -v, the container's)");
     } catch (const std::exception& error) {
         return report(Fault::input, error.what());
     }
@@ -136,6 +141,31 @@ void run_guarded(const std::string& what, double seconds, std::uint64_t bytes,
     }
     if (report.size() > 1) {
         throw Error(static_cast<Fault>(report[0] - '0'), report.substr(1, report.size() - 2));
+    }
+}
+
+void try_device_where_limited(const std::string& device) {
+    const auto is_limited = [](auto resource) {
+        rlimit limit = {};
+        return ::getrlimit(resource, &limit) == 0 && limit.rlim_cur != RLIM_INFINITY;
+    };
+    if (!is_limited(RLIMIT_AS) && !is_limited(RLIMIT_DATA)) {
+        return;
+    }
+    constexpr double kSeconds = 60;
+    try {
+        run_guarded("opening the device", kSeconds, std::numeric_limits<std::uint64_t>::max(), [&] {
+            // What this process has taken by the time that it opens the device.
+            const std::vector<std::byte> reserve(std::size_t{64} << 20U);
+            const device::Context context({.device = device});
+        });
+    } catch (const Error& error) {
+        if (error.fault() == Fault::input) {  // it crashed, or never ended
+            throw Error(Fault::resource,
+                        "the Vulkan driver crashes within the memory that this process may have "
+                        "(ulimit -v, -d); raise the limit");
+        }
+        throw;
     }
 }
 

@@ -8,6 +8,7 @@
 
 #include "app/commands.h"
 #include "app/describe.h"
+#include "app/guard.h"
 #include "app/open_metrics.h"
 #include "app/options.h"
 #include "app/progress.h"
@@ -134,6 +135,7 @@ ObtainedDistances compute(const DistanceOptions& options, const MetricNeeds& nee
     result.database = open_database(options.database);
     const auto& database = *result.database;
     Stopwatch watch;
+    try_device_where_limited(options.device);
     device::Context context({.device = options.device});
     result.device_seconds = watch.lap();
     Progress progress("distances", quiet);

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <limits>
 
+#include "app/guard.h"
 #include "app/options.h"
 #include "engine/device/context.h"
 #include "engine/error.h"
@@ -140,6 +141,7 @@ std::string render_sphere_images(const reflectance::Database& database,
         .size = options.size, .field_of_view = options.field_of_view, .lights = {}};
     std::ranges::transform(options.lights, std::back_inserter(spheres.lights), parse_light);
     require_room(options);
+    try_device_where_limited(options.device);
     device::Context context({.device = options.device});
     progress(0);
     const auto all = static_cast<double>(materials.size() * spheres.lights.size());

@@ -11,6 +11,7 @@
 #include "app/abc_golden.h"
 #include "app/commands.h"
 #include "app/exit_status.h"
+#include "app/guard.h"
 #include "app/progress.h"
 #include "app/refine.h"
 #include "app/terminal.h"
@@ -220,6 +221,7 @@ void check_library(device::Context& context, const Way& way, Report& report) {
 }
 
 int run(const Options& options) {
+    try_device_where_limited(options.device);
     device::Context context({.device = options.device});
     print_line(fmt::format("{} ({}), {}", context.info().name, context.info().kind,
                            context.info().driver));

@@ -126,9 +126,13 @@ class KitFilter {
         }
         if (in_trials_ && depth == 2) {
             values_ = 0;
+            skipping_ = false;
         }
         if (in_trials_ && depth == 3 && event == Event::key) {
-            return is_among(kKeysOfTrial, parsed.get_ref<const std::string&>());
+            skipping_ = !is_among(kKeysOfTrial, parsed.get_ref<const std::string&>());
+        }
+        if (skipping_) {
+            return false;
         }
         if ((begins || event == Event::value) && depth > 1 &&
             ++values_ > (in_trials_ ? kMostValuesOfTrial : kMostValues)) {
@@ -162,7 +166,8 @@ class KitFilter {
         if (in_trials_ && std::exchange(has_trials_, true)) {
             fail(file_, "found \"trials\" twice");
         }
-        return is_among(kKeysOfKit, key);
+        skipping_ = !is_among(kKeysOfKit, key);
+        return !skipping_;
     }
 
     void take(const json& value) {
@@ -183,6 +188,7 @@ class KitFilter {
     std::set<std::pair<std::uint64_t, TrialKind>> seen_;
     bool has_trials_ = false;
     bool in_trials_ = false;
+    bool skipping_ = false;  // what belongs to an unknown key
     int values_ = 0;
 };
 

@@ -213,6 +213,17 @@ class Limited(Case):
         self.assertIn("out of memory", self.only_line(result.stderr))
         self.assertEqual(os.listdir(self.work), ["t.csv"])
 
+    def test_a_driver_that_crashes_for_lack_of_memory(self):
+        write_database(self.work / "db", 2)
+        for limit in range(130, 320, 10):
+            for name in "RLIMIT_AS", "RLIMIT_DATA":
+                result = self.limited({name: (limit if name == "RLIMIT_AS" else limit - 120) * MIB},
+                                      "scan", "--database", "db", "--out", "out", "--force")
+                self.assertIn(result.returncode, (SUCCESS, DEVICE, RESOURCE), result.stderr)
+                if result.returncode != SUCCESS:
+                    self.only_line(result.stderr)
+                    self.assertFalse((self.work / "out").exists())
+
     def test_threads(self):
         if os.geteuid() != 0:
             self.skipTest("needs a user without other processes")

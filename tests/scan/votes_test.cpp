@@ -68,11 +68,11 @@ TEST(VoteKit, KeepsNothingButWhatItNeeds) {
     const std::string end = kKit.substr(kKit.find("\"trials\""));
     const std::string deep = std::string(99, '[') + std::string(99, ']');
     EXPECT_EQ(refused(begin + "\"more\": " + deep + ", " + end), "");
-    EXPECT_THAT(refused(begin + "\"more\": [" + deep + "]]]," + end),
+    EXPECT_THAT(refused(begin + "\"more\": [[" + deep + "]], " + end),
                 ::testing::HasSubstr("nested more than 100 deep"));
     EXPECT_THAT(refused(begin + "\"trials\": []," + end), ::testing::HasSubstr("twice"));
     std::string many = "0";
-    for (int i = 0; i < 200; ++i) {
+    for (int i = 0; i < 300'000; ++i) {
         many += ",0";
     }
     EXPECT_EQ(refused(begin + "\"more\": [" + many + "], " + end), "");
