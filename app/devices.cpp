@@ -11,7 +11,7 @@ namespace {
 int list() {
     const auto devices = device::list_devices();
     if (devices.empty()) {
-        print_line("no Vulkan driver found; on Debian: apt-get install mesa-vulkan-drivers");
+        print_line(device::why_no_device());
         return kDevice;
     }
     bool usable = false;

@@ -10,6 +10,7 @@ enum ExitStatus : int {
     kInput = 3,               // a database that cannot be used
     kDevice = 4,              // no usable Vulkan device, or it failed
     kOutput = 5,              // a result that cannot be written
+    kResource = 6,            // not enough memory, threads or open files
     kInternal = 70,           // a bug of the program
     kInterrupted = 128,       // plus the number of the signal: 130 for Ctrl-C
 };

@@ -4,6 +4,7 @@
 #include <poll.h>
 #include <pthread.h>
 #include <sys/prctl.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <tbb/global_control.h>
 #include <unistd.h>
@@ -16,8 +17,13 @@
 #include <cstring>
 #include <exception>
 #include <fstream>
+#include <limits>
+#include <new>
+#include <system_error>
+#include <vector>
 
 #include "app/interrupt.h"
+#include "engine/device/context.h"
 #include "engine/error.h"
 
 namespace merl::app {
@@ -35,6 +41,9 @@ std::string report_of(const std::function<void()>& work) {
         return "";
     } catch (const Error& error) {
         return report(error.fault(), error.what());
+    } catch (const std::bad_alloc&) {
+        return report(Fault::resource,
+                      "out of memory; raise the limit (ulimit -v, the container's)");
     } catch (const std::exception& error) {
         return report(Fault::input, error.what());
     }
@@ -143,12 +152,12 @@ void run_guarded(const std::string& what, double seconds, std::uint64_t bytes,
                  const std::function<void()>& work) {
     std::array<int, 2> pipe = {};
     if (::pipe(pipe.data()) != 0) {
-        throw std::runtime_error(fmt::format("no pipe: {}", std::strerror(errno)));
+        throw std::system_error(errno, std::generic_category(), "no pipe");
     }
     std::fflush(nullptr);
     const pid_t id = ::fork();
     if (id < 0) {
-        throw std::runtime_error(fmt::format("no process: {}", std::strerror(errno)));
+        throw std::system_error(errno, std::generic_category(), "no process");
     }
     if (id == 0) {
         ::close(pipe[0]);
@@ -162,6 +171,31 @@ void run_guarded(const std::string& what, double seconds, std::uint64_t bytes,
     }
     if (report.size() > 1) {
         throw Error(static_cast<Fault>(report[0] - '0'), report.substr(1, report.size() - 2));
+    }
+}
+
+void try_device_where_limited(const std::string& device) {
+    const auto is_limited = [](auto resource) {
+        rlimit limit = {};
+        return ::getrlimit(resource, &limit) == 0 && limit.rlim_cur != RLIM_INFINITY;
+    };
+    if (!is_limited(RLIMIT_AS) && !is_limited(RLIMIT_DATA)) {
+        return;
+    }
+    constexpr double kSeconds = 60;
+    try {
+        run_guarded("opening the device", kSeconds, std::numeric_limits<std::uint64_t>::max(), [&] {
+            // What this process has taken by the time that it opens the device.
+            const std::vector<std::byte> reserve(std::size_t{64} << 20U);
+            const device::Context context({.device = device});
+        });
+    } catch (const Error& error) {
+        if (error.fault() == Fault::input) {  // it crashed, or never ended
+            throw Error(Fault::resource,
+                        "the Vulkan driver crashes within the memory that this process may have "
+                        "(ulimit -v, -d); raise the limit");
+        }
+        throw;
     }
 }
 

@@ -197,6 +197,17 @@ ordered_json page_json(const ordered_json& kit, ShownMaterials& shown) {
 /// PNG files, [material][light].
 using Images = std::vector<std::vector<std::string>>;
 
+/// Throws Error (usage) when the images of the page have too many bytes.
+void require_page(std::uint64_t bytes) {
+    constexpr std::uint64_t kMost = std::uint64_t{256} << 20U;
+    if (bytes > kMost) {
+        throw Error(Fault::usage,
+                    fmt::format("the spheres have more than {} MiB, which no browser takes in one "
+                                "page; choose a smaller --size, or fewer lights or configurations",
+                                kMost >> 20U));
+    }
+}
+
 std::string hash_of(const ordered_json& kit, const Images& images) {
     std::string all = kit.dump();
     for (const auto& lights : images) {
@@ -234,7 +245,7 @@ void print_summary(const Options& options, const reflectance::Database& database
 int run(const Options& options) {
     OutputDirectory out(options.out, options.force, {"index.html", "kit.json"});
     Stopwatch watch;
-    const std::string text = scan::read_input(options.selection);
+    const std::string text = scan::read_input(options.selection, scan::max_trials_bytes);
     const auto selection = scan::parse_selection(text, options.selection);
     const auto found =
         find_scan_record(options.selection, "selection.csv", content_hash(text), &selection);
@@ -251,6 +262,7 @@ int run(const Options& options) {
     auto page = page_json(kit, shown);
     Images images(shown.names().size());
     auto& hashes = kit["database"]["material_hashes"] = ordered_json::object();
+    std::uint64_t bytes = 0;
     std::string device;
     {
         Progress progress("rendering", options.quiet);
@@ -259,7 +271,9 @@ int run(const Options& options) {
             [&](const reflectance::SphereImage& sphere, const Image& linear) {
                 scanned.check(shown.places()[sphere.material], sphere.content_hash);
                 hashes[shown.names()[sphere.material]] = sphere.content_hash;
-                images[sphere.material].push_back(png_file(displayed(linear, options.image)));
+                auto& lights = images[sphere.material];
+                lights.push_back(png_file(displayed(linear, options.image)));
+                require_page(bytes += lights.back().size());
             },
             [&](double share) { progress.update(share); });
     }

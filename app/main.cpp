@@ -7,6 +7,9 @@
 #include <exception>
 #include <new>
 #include <stdexcept>
+#include <string>
+#include <string_view>
+#include <system_error>
 
 #include "app/commands.h"
 #include "app/exit_status.h"
@@ -30,13 +33,28 @@ int status_of(merl::Fault fault) {
             return kDevice;
         case merl::Fault::output:
             return kOutput;
+        case merl::Fault::resource:
+            return kResource;
     }
     return kInternal;
 }
 
-int complain(const char* kind, const char* message, int status) noexcept {
-    std::fprintf(stderr, "merl-scan: %s%s\n", kind, printable(message).c_str());
+/// One line, however long a text is that somebody's file holds.
+int complain(const char* kind, std::string_view message, int status) noexcept {
+    constexpr std::size_t kPart = 1000;  // bytes of the beginning and of the end
+    const bool is_long = message.size() > 3 * kPart;
+    std::fprintf(stderr, "merl-scan: %s%s%s%s\n", kind,
+                 printable(is_long ? message.substr(0, kPart) : message).c_str(),
+                 is_long ? " ... " : "",
+                 is_long ? printable(message.substr(message.size() - kPart)).c_str() : "");
     return status;
+}
+
+/// Whether the system has no more to give, which is no fault of the program.
+bool is_shortage(const std::error_code& code) {
+    return code == std::errc::resource_unavailable_try_again ||
+           code == std::errc::not_enough_memory || code == std::errc::too_many_files_open ||
+           code == std::errc::too_many_files_open_in_system;
 }
 
 /// Opens what the caller has closed of standard input, output and error: a file would get its
@@ -74,7 +92,9 @@ int run(int argc, char** argv) {
         "  merl-scan scan --help                            all options of a command\n"
         "\n"
         "Exit status: 0 success, 1 verification failed, 2 usage, 3 bad input, 4 no usable device,\n"
-        "5 output cannot be written, 70 internal error, 128 + signal when interrupted.");
+        "5 output cannot be written, 6 not enough memory, threads or open files, 70 internal "
+        "error,\n"
+        "128 + signal when interrupted.");
     Command chosen;
     add_scan(program, chosen);
     add_compare(program, chosen);
@@ -88,17 +108,17 @@ int run(int argc, char** argv) {
     add_slices(program, chosen);
     add_render(program, chosen);
     add_judge(program, chosen);
+    catch_interrupts();
     try {
         program.parse(argc, argv);
     } catch (const CLI::ParseError& error) {
         if (error.get_exit_code() != 0) {
-            return complain("", usage_text(program, error).c_str(), kUsage);
+            return complain("", usage_text(program, error), kUsage);
         }
         program.exit(error);  // prints the help or the version
         flush_output();
         return kSuccess;
     }
-    catch_interrupts();
     const int status = chosen();
     flush_output();
     return status;
@@ -118,10 +138,24 @@ int main(int argc, char** argv) {
     } catch (const Interrupted& interrupt) {
         return complain("", "interrupted; nothing was written", kInterrupted + interrupt.signal());
     } catch (const std::bad_alloc&) {
-        return complain("", "out of memory", kInternal);
+        return complain("",
+                        "out of memory; work on less at a time (--memory, --threads, "
+                        "--disagreements, --replicates) or raise the limit (ulimit -v, the "
+                        "container's)",
+                        kResource);
+    } catch (const std::system_error& error) {
+        if (is_shortage(error.code())) {
+            return complain("not enough threads, memory or open files: ", error.what(), kResource);
+        }
+        return complain("internal error: ", error.what(), kInternal);
     } catch (const std::exception& error) {
-        if (std::ferror(stdout) != 0) {  // fmt::print throws
-            return complain("", "standard output cannot be written", kOutput);
+        // oneTBB has no other name for it.
+        if (std::string_view(error.what()).find("pthread_create has failed") !=
+            std::string_view::npos) {
+            return complain("",
+                            "no more threads can be started; ask for fewer (--threads) or raise "
+                            "the limit (ulimit -u, the container's; ulimit -v)",
+                            kResource);
         }
         return complain("internal error: ", error.what(), kInternal);
     }

@@ -9,6 +9,7 @@
 
 #include "app/commands.h"
 #include "app/describe.h"
+#include "app/guard.h"
 #include "app/open_metrics.h"
 #include "app/options.h"
 #include "app/progress.h"
@@ -144,6 +145,7 @@ ObtainedDistances compute(const DistanceOptions& options, const MetricNeeds& nee
     result.database = open_database(options.database);
     const auto& database = *result.database;
     Stopwatch watch;
+    try_device_where_limited(options.device);
     device::Context context({.device = options.device});
     result.device_seconds = watch.lap();
     Progress progress("distances", quiet);
@@ -231,7 +233,8 @@ CLI::Option* add_distance_options(CLI::App& command, DistanceOptions& options,
                            "A Vulkan device by number or part of its name (default: the best)");
     auto* memory =
         command
-            .add_option("--memory", options.memory, "Bound on the memory of slabs, like 512M or 2G")
+            .add_option("--memory", options.memory,
+                        "Bound on the memory of what is read and computed, like 512M or 2G")
             ->transform(byte_count())
             ->default_str("1G");
     command.add_option("--threads", options.threads, "Processor threads (default: all)")

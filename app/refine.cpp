@@ -33,7 +33,8 @@ void replace(const std::vector<std::uint32_t>& pairs, const std::vector<double>&
 
 Refined refine(scan::Distances& distances, const reflectance::Database& database,
                const std::array<const reflectance::Metric*, 2>& metrics, std::uint32_t select,
-               std::uint32_t per_material, const std::function<void(double)>& progress) {
+               std::uint32_t per_material, std::uint64_t memory_bytes,
+               const std::function<void(double)>& progress) {
     Refined refined;
     for (;;) {
         const auto open = scan::to_refine(distances, select, per_material);
@@ -44,7 +45,7 @@ Refined refine(scan::Distances& distances, const reflectance::Database& database
             request(*metrics[0], open.first, distances.materials()),
             request(*metrics[1], open.second, distances.materials())};
         const auto exact = reflectance::reference_distances(
-            database, requests, reflectance::VoxelSet::above_horizon, progress);
+            database, requests, reflectance::VoxelSet::above_horizon, progress, memory_bytes);
         replace(open.first, exact[0], distances.first, distances.first_bounds);
         replace(open.second, exact[1], distances.second, distances.second_bounds);
         refined.first += open.first.size();
@@ -56,6 +57,7 @@ std::vector<std::uint64_t> refine_judged(scan::DistanceTable& table,
                                          const scan::Judgements& judgements,
                                          const reflectance::Database& database,
                                          std::span<const reflectance::Metric* const> metrics,
+                                         std::uint64_t memory_bytes,
                                          const std::function<void(double)>& progress) {
     std::vector<reflectance::ReferenceRequest> requests;
     std::vector<std::vector<std::uint32_t>> open(metrics.size());
@@ -74,7 +76,7 @@ std::vector<std::uint64_t> refine_judged(scan::DistanceTable& table,
         return refined;
     }
     const auto exact = reflectance::reference_distances(
-        database, requests, reflectance::VoxelSet::above_horizon, progress);
+        database, requests, reflectance::VoxelSet::above_horizon, progress, memory_bytes);
     auto next = exact.begin();
     for (std::size_t m = 0; m < metrics.size(); ++m) {
         if (!open[m].empty()) {

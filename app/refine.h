@@ -22,18 +22,21 @@ struct Refined {
 
 /// Replaces, in float64, every distance on which a sign of a configuration or the selection rests
 /// and which its bound leaves open, until nothing is left open: then the count of disagreements and
-/// the selection are those of float64 (scan/undecided.h). `progress` may throw.
+/// the selection are those of float64 (scan/undecided.h). Samples stay within `memory_bytes`
+/// (reference.h). `progress` may throw.
 Refined refine(scan::Distances& distances, const reflectance::Database& database,
                const std::array<const reflectance::Metric*, 2>& metrics, std::uint32_t select,
-               std::uint32_t per_material, const std::function<void(double)>& progress);
+               std::uint32_t per_material, std::uint64_t memory_bytes,
+               const std::function<void(double)>& progress);
 
 /// Replaces, in float64, every distance that leaves the order of a judgement's two pairs open,
 /// under each metric that has a bound and a float64 twin: then what these predict is what float64
-/// predicts. Returns how many distances were replaced, by metric. `progress` may throw.
+/// predicts. Returns how many distances were replaced, by metric. Memory and `progress` as above.
 std::vector<std::uint64_t> refine_judged(scan::DistanceTable& table,
                                          const scan::Judgements& judgements,
                                          const reflectance::Database& database,
                                          std::span<const reflectance::Metric* const> metrics,
+                                         std::uint64_t memory_bytes,
                                          const std::function<void(double)>& progress);
 
 }  // namespace merl::app

@@ -118,11 +118,18 @@ class Names {
     std::size_t lights_;
 };
 
+/// Pixels of a sphere on the contact sheet: fewer where there are a thousand spheres or more.
+std::uint32_t thumbnail(std::size_t spheres) {
+    constexpr double kPixels = 1U << 24U;  // of the sheet, which takes thirty bytes each
+    const double side = std::sqrt(kPixels / static_cast<double>(spheres));
+    return static_cast<std::uint32_t>(std::clamp(side, 1.0, double{kThumbnail}));
+}
+
 /// All spheres side by side, as displayed, each made smaller by averaging linear light.
 class ContactSheet {
   public:
     ContactSheet(std::size_t spheres, std::uint32_t size)
-        : factor_((size + kThumbnail - 1) / kThumbnail),
+        : factor_((size + thumbnail(spheres) - 1) / thumbnail(spheres)),
           side_(size / factor_),
           columns_(static_cast<std::uint32_t>(std::ceil(std::sqrt(static_cast<double>(spheres))))),
           sheet_(columns_ * side_,

@@ -210,7 +210,7 @@ int run(const Options& options) {
         o.refined = refine(o.distances, *o.obtained.database,
                            {o.obtained.metrics[0], o.obtained.metrics[1]},
                            std::max(1U, options.select), std::max(1U, options.per_material),
-                           [&](double share) { progress.update(share); });
+                           options.distances.memory, [&](double share) { progress.update(share); });
     }
     o.seconds.refine = watch.lap();
     o.census = scan::count_disagreements(o.distances);
@@ -221,11 +221,13 @@ int run(const Options& options) {
     }
     o.seconds.select = watch.lap();
     throw_if_interrupted();
-    if (!options.disagreements && o.census.counts.disagreements() > scan::max_listed) {
+    const auto there = o.census.counts.disagreements();
+    const auto listed = std::min(options.disagreements.value_or(there), there);
+    if (listed > scan::max_listed) {
         throw Error(Fault::usage,
                     fmt::format("{} disagreements are more than can be listed ({}); give "
                                 "--disagreements N for the N strongest, or 0",
-                                o.census.counts.disagreements(), scan::max_listed));
+                                listed, scan::max_listed));
     }
     o.disagreements = options.disagreements
                           ? scan::strongest_disagreements(o.distances, *options.disagreements)

@@ -325,7 +325,7 @@ int run(const Options& options) {
         Progress progress("refining", options.quiet);
         o.refined =
             refine_judged(o.obtained.table, o.judgements, *o.obtained.database, o.obtained.metrics,
-                          [&](double share) { progress.update(share); });
+                          options.distances.memory, [&](double share) { progress.update(share); });
     }
     o.seconds.refine = watch.lap();
     o.score = compute_score(options, o);

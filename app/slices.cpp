@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <map>
 #include <memory>
 #include <numbers>
 
@@ -107,34 +108,64 @@ void write_figure(const OutputDirectory& out, const std::function<void()>& progr
     out.write("figure-4.4.png", [&](int file) { scan::write_all(file, png_file(sheet)); });
 }
 
+/// Red, green and blue by theta_d, at one theta_h and phi_d = 90 degrees; none negative.
+using Layer = std::vector<std::array<double, 3>>;
+
+Layer middle_layer(const reflectance::Database& database, std::size_t material, std::uint32_t t) {
+    // 90 degrees is the middle of the range: on a voxel when their number is odd, else between two.
+    const auto& grid = database.grid();
+    const std::uint64_t before = (grid.phi_d - 1) / 2;
+    const std::uint64_t after = grid.phi_d / 2;
+    constexpr std::uint64_t kVoxelsAtATime = 65536;  // that are read, or one row
+    const std::uint64_t rows_at_a_time = std::max<std::uint64_t>(1, kVoxelsAtATime / grid.phi_d);
+    Layer layer(grid.theta_d);
+    std::vector<double> samples;
+    for (std::uint64_t first = 0; first < layer.size(); first += rows_at_a_time) {
+        const std::uint64_t rows = std::min(rows_at_a_time, layer.size() - first);
+        const std::uint64_t size = rows * grid.phi_d;
+        const std::uint64_t from = (first + std::uint64_t{grid.theta_d} * t) * grid.phi_d;
+        samples.resize(3 * size);
+        database.read(material, {from, from + size}, samples);
+        for (std::uint64_t row = 0; row < rows; ++row) {
+            for (std::size_t plane = 0; plane < 3; ++plane) {
+                const double* const at = &samples[plane * size + row * grid.phi_d];
+                layer[first + row][plane] =
+                    (std::max(0.0, at[before]) + std::max(0.0, at[after])) / 2;
+            }
+        }
+    }
+    return layer;
+}
+
 /// The BRDF image slice of a material (Burley 2012): phi_d = 90 degrees, theta_h to the right and
 /// theta_d upwards, both from 0 to 90 degrees, linear in the angle. Values in 1/sr, interpolated.
 Image material_slice(const reflectance::Database& database, std::size_t material) {
     const auto& grid = database.grid();
-    std::vector<double> samples(3 * grid.voxels());
-    database.read(material, {0, grid.voxels()}, samples);
-    // 90 degrees is the middle of the range: on a layer when their number is odd, else between two.
-    const std::uint32_t before = (grid.phi_d - 1) / 2;
-    const std::uint32_t after = grid.phi_d / 2;
-    const auto sample = [&](std::size_t plane, std::uint32_t t, std::uint32_t s) {
-        const std::uint64_t row = plane * grid.voxels() +
-                                  std::uint64_t{grid.phi_d} * (s + std::uint64_t{grid.theta_d} * t);
-        return (std::max(0.0, samples[row + before]) + std::max(0.0, samples[row + after])) / 2;
-    };
     const auto place = [](double m, std::uint32_t count) {  // between which voxel centres
         const double at = std::clamp(m * count - 0.5, 0.0, static_cast<double>(count - 1));
         const auto low = static_cast<std::uint32_t>(at);
         return std::tuple(low, std::min(low + 1, count - 1), at - low);
     };
+    // A column of the image needs two layers of theta_h, which its neighbours often share.
+    std::map<std::uint32_t, Layer> layers;
+    const auto layer = [&](std::uint32_t t) -> const Layer& {
+        const auto found = layers.find(t);
+        return found != layers.end()
+                   ? found->second
+                   : layers.emplace(t, middle_layer(database, material, t)).first->second;
+    };
     Image image(kPixels, kPixels);
-    for (std::uint32_t y = 0; y < kPixels; ++y) {
-        for (std::uint32_t x = 0; x < kPixels; ++x) {
-            const auto [t0, t1, t] = place(std::sqrt((x + 0.5) / kPixels), grid.theta_h);
+    for (std::uint32_t x = 0; x < kPixels; ++x) {
+        const auto [t0, t1, t] = place(std::sqrt((x + 0.5) / kPixels), grid.theta_h);
+        layers.erase(layers.begin(), layers.lower_bound(t0));
+        const auto& below = layer(t0);
+        const auto& above = layer(t1);
+        for (std::uint32_t y = 0; y < kPixels; ++y) {
             const auto [s0, s1, s] = place(1 - (y + 0.5) / kPixels, grid.theta_d);
             for (std::size_t plane = 0; plane < 3; ++plane) {
                 image.at(x, y)[plane] = static_cast<float>(
-                    (1 - t) * ((1 - s) * sample(plane, t0, s0) + s * sample(plane, t0, s1)) +
-                    t * ((1 - s) * sample(plane, t1, s0) + s * sample(plane, t1, s1)));
+                    (1 - t) * ((1 - s) * below[s0][plane] + s * below[s1][plane]) +
+                    t * ((1 - s) * above[s0][plane] + s * above[s1][plane]));
             }
         }
     }

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <limits>
 
+#include "app/guard.h"
 #include "app/options.h"
 #include "engine/device/context.h"
 #include "engine/error.h"
@@ -40,6 +41,19 @@ std::array<double, 3> parse_light(const std::string& text) {
                                 text));
     }
     return light;
+}
+
+/// Two materials are worked on at a time, and each has an image for every light.
+void require_room(const SphereImageOptions& options) {
+    constexpr std::uint64_t kMost = std::uint64_t{1} << 30U;
+    const std::uint64_t bytes = std::uint64_t{options.size} * options.size * 2 *
+                                options.lights.size() * sizeof(reflectance::SpherePixel);
+    if (bytes > kMost) {
+        throw Error(Fault::usage,
+                    fmt::format("--size {} and {} lights make images of {} MiB at a time; expected "
+                                "{} or less: choose a smaller --size or fewer lights",
+                                options.size, options.lights.size(), bytes >> 20U, kMost >> 20U));
+    }
 }
 
 /// Linear light of a grey as displayed.
@@ -136,6 +150,8 @@ std::string render_sphere_images(const reflectance::Database& database,
     reflectance::SphereOptions spheres = {
         .size = options.size, .field_of_view = options.field_of_view, .lights = {}};
     std::ranges::transform(options.lights, std::back_inserter(spheres.lights), parse_light);
+    require_room(options);
+    try_device_where_limited(options.device);
     device::Context context({.device = options.device});
     progress(0);
     const auto all = static_cast<double>(materials.size() * spheres.lights.size());

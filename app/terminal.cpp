@@ -1,8 +1,12 @@
 #include "app/terminal.h"
 
 #include <fmt/format.h>
+#include <poll.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <charconv>
 #include <cstdio>
@@ -40,19 +44,61 @@ std::size_t character_length(std::string_view text) {
     return length;
 }
 
-/// C0, delete, and C1, which is U+0080 to U+009F.
-bool is_control(std::string_view character) {
-    const auto first = static_cast<unsigned char>(character[0]);
-    return character.size() == 1 ? first < 0x20 || first == 0x7f
-                                 : first == 0xc2 && static_cast<unsigned char>(character[1]) < 0xa0;
+/// The number of a character that is UTF-8.
+char32_t code_point(std::string_view character) {
+    constexpr std::array<unsigned, 5> kFirst = {0, 0x7f, 0x1f, 0x0f, 0x07};  // bits, by length
+    char32_t code = static_cast<unsigned char>(character[0]) & kFirst.at(character.size());
+    for (const char byte : character.substr(1)) {
+        code = code << 6U | (static_cast<unsigned char>(byte) & 0x3fU);
+    }
+    return code;
 }
+
+/// Control characters (C0, delete, C1) and what is not seen: format characters (Unicode's Cf, but
+/// for those that are signs of their own), separators of lines, fillers and what nobody has
+/// assigned among the tags.
+bool is_hidden(char32_t c) {
+    struct Range {
+        char32_t first, last;
+    };
+    constexpr std::array<Range, 17> kHidden = {{{0x00, 0x1f},
+                                                {0x7f, 0x9f},
+                                                {0xad, 0xad},
+                                                {0x34f, 0x34f},
+                                                {0x61c, 0x61c},
+                                                {0x115f, 0x1160},
+                                                {0x17b4, 0x17b5},
+                                                {0x180b, 0x180f},
+                                                {0x200b, 0x200f},
+                                                {0x2028, 0x202e},
+                                                {0x2060, 0x206f},
+                                                {0x3164, 0x3164},
+                                                {0xfeff, 0xfeff},
+                                                {0xffa0, 0xffa0},
+                                                {0xfff0, 0xfffb},
+                                                {0x1d173, 0x1d17a},
+                                                {0xe0000, 0xe0fff}}};
+    return std::ranges::any_of(kHidden, [=](Range r) { return r.first <= c && c <= r.last; });
+}
+
+/// Whether standard output is a pipe or a socket without a reader.
+bool nobody_reads() {
+    struct stat status = {};
+    pollfd output = {.fd = STDOUT_FILENO, .events = POLLOUT, .revents = 0};
+    return ::fstat(STDOUT_FILENO, &status) == 0 &&
+           (S_ISFIFO(status.st_mode) || S_ISSOCK(status.st_mode)) && ::poll(&output, 1, 0) > 0 &&
+           (output.revents & (POLLERR | POLLHUP)) != 0;
+}
+
+bool unread = false;  // from the first line on that nobody read
 
 std::string escaped(std::string_view text, bool controls) {
     std::string result;
     while (!text.empty()) {
         const std::size_t length = character_length(text);
         const std::string_view character = text.substr(0, std::max<std::size_t>(length, 1));
-        if (length == 0 || text.starts_with("\\x") || (controls && is_control(character))) {
+        if (length == 0 || text.starts_with("\\x") ||
+            (controls && is_hidden(code_point(character)))) {
             for (const char byte : character) {
                 result += fmt::format("\\x{:02x}", static_cast<unsigned char>(byte));
             }
@@ -91,8 +137,10 @@ std::string printable(std::string_view text) {
 }
 
 void print_line(std::string_view text, std::string_view note) {
-    std::fputs((printable(text) + "\n").c_str(), stdout);
-    flush_output(note);
+    if (!unread) {
+        std::fputs((printable(text) + "\n").c_str(), stdout);
+        flush_output(note);
+    }
 }
 
 void print_lines(std::string_view text) {
@@ -112,9 +160,14 @@ void print_warning(std::string_view text) {
 }
 
 void flush_output(std::string_view note) {
-    if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0) {
+    if (unread || (std::fflush(stdout) == 0 && std::ferror(stdout) == 0)) {
+        return;
+    }
+    const int code = errno;
+    unread = nobody_reads();
+    if (!unread) {
         throw Error(Fault::output, fmt::format("standard output cannot be written: {}{}",
-                                               std::strerror(errno), note));
+                                               std::strerror(code), note));
     }
 }
 

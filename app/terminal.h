@@ -12,14 +12,17 @@ std::string as_utf8(std::string_view text);
 /// The text that as_utf8 made this of.
 std::string from_utf8(std::string_view text);
 
-/// as_utf8 with control characters as \xNN too: on one line, and harmless to a terminal.
+/// as_utf8 with control characters as \xNN too, and with those that are not seen but change how
+/// others are (the order of writing, joining, nothing at all): on one line, harmless to a terminal,
+/// and what looks the same is the same.
 std::string printable(std::string_view text);
 
 /// A note for commands whose results are complete when they print what they did.
 inline constexpr std::string_view kResultsAreThere = "; the results are complete and in place";
 
 /// Writes one line, `printable`, to standard output. Throws Error (output) when that fails, with
-/// `note` after the reason.
+/// `note` after the reason. Where standard output is a pipe that nobody reads any more (`| head`)
+/// nothing is written and nothing is wrong.
 void print_line(std::string_view text, std::string_view note = {});
 
 /// Writes the lines of a text, like print_line; each ends with a line feed, the last perhaps

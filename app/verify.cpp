@@ -11,8 +11,10 @@
 #include "app/abc_golden.h"
 #include "app/commands.h"
 #include "app/exit_status.h"
+#include "app/guard.h"
 #include "app/progress.h"
 #include "app/refine.h"
+#include "app/terminal.h"
 #include "engine/device/context.h"
 #include "engine/reflectance/abc_database.h"
 #include "engine/reflectance/distances.h"
@@ -82,9 +84,8 @@ class Report {
   private:
     static void print(std::string_view check, std::string_view expected, std::string_view actual,
                       std::string_view error, std::string_view allowed, std::string_view result) {
-        fmt::print("{:<44} {:>14} {:>14} {:>9} {:>9}  {}\n", check, expected, actual, error,
-                   allowed, result);
-        std::fflush(stdout);
+        print_line(fmt::format("{:<44} {:>14} {:>14} {:>9} {:>9}  {}", check, expected, actual,
+                               error, allowed, result));
     }
     int failures_ = 0;
 };
@@ -182,7 +183,8 @@ void check_distances(device::Context& context, const Way& way, Report& report, b
                                  .first_bounds = of("cwcbrt").bounds,
                                  .second_bounds = of("pawcielab").bounds};
     refine(distances, *database,
-           {&reflectance::find_metric("cwcbrt"), &reflectance::find_metric("pawcielab")}, 0, 0, {});
+           {&reflectance::find_metric("cwcbrt"), &reflectance::find_metric("pawcielab")}, 0, 0,
+           reflectance::DistanceOptions().memory_bytes, {});
     const auto counts = scan::count_disagreements(distances).counts.disagreements();
     const auto difference = std::max(counts, kDisagreements) - std::min(counts, kDisagreements);
     report.row(fmt::format("disagreements{}", way.text), fmt::format("{}", kDisagreements),
@@ -219,8 +221,11 @@ void check_library(device::Context& context, const Way& way, Report& report) {
 }
 
 int run(const Options& options) {
+    try_device_where_limited(options.device);
     device::Context context({.device = options.device});
-    fmt::print("{} ({}), {}\n\n", context.info().name, context.info().kind, context.info().driver);
+    print_line(fmt::format("{} ({}), {}", context.info().name, context.info().kind,
+                           context.info().driver));
+    print_line("");
     Report report;
     check_framework(context, report);
     const std::vector<Way> ways =
@@ -231,10 +236,11 @@ int run(const Options& options) {
         check_distances(context, way, report, options.quiet);
         check_library(context, way, report);
     }
-    fmt::print("\n{}\n", report.failures() == 0
-                             ? "PASS: this device computes what it should"
-                             : fmt::format("FAIL: {} checks; do not trust results of this device",
-                                           report.failures()));
+    print_line("");
+    print_line(report.failures() == 0
+                   ? "PASS: this device computes what it should"
+                   : fmt::format("FAIL: {} checks; do not trust results of this device",
+                                 report.failures()));
     return report.failures() == 0 ? kSuccess : kVerificationFailed;
 }
 

@@ -89,7 +89,7 @@ void compare_with_scan(const scan::VoteKit& kit, Inputs& inputs) {
 Inputs read_inputs(const Options& options, ordered_json& sources) {
     Inputs inputs;
     const auto read = [](const std::string& path, ordered_json& place) {
-        std::string text = scan::read_input(path);
+        std::string text = scan::read_input(path, scan::max_trials_bytes);
         place = {{"file", as_utf8(path)}, {"content_hash", content_hash(text)}};
         return text;
     };

@@ -19,7 +19,8 @@ namespace {
 using nlohmann::ordered_json;
 
 /// A sphere is a small image; all of them are in the page.
-constexpr std::size_t kMostImageBytes = std::size_t{4} << 20U;
+constexpr std::uint64_t kMostImageBytes = std::uint64_t{4} << 20U;
+constexpr std::uint64_t kMostPageBytes = std::uint64_t{256} << 20U;
 
 /// Throws InputError when an image shows other content than the hash says, if there is one.
 /// Otherwise whether that could be told.
@@ -57,19 +58,23 @@ ordered_json sphere_images(const scan::Votes& votes, const std::string& spheres,
     ordered_json result = ordered_json::object();
     std::size_t unknown = 0;
     std::string example;
+    std::uint64_t bytes = 0;
     for (const auto& material : materials) {
         const auto path = directory / (material + ".png");
         // A name is the name of a file in this directory or it has no image.
         if (material.find('/') != std::string::npos || !std::filesystem::exists(path)) {
             continue;
         }
-        const std::string image = scan::read_input(path.string());
+        const std::string image = scan::read_input(path.string(), kMostImageBytes);
         if (!image.starts_with(kSignature)) {
             throw scan::InputError(path.string() + ": found no PNG image; expected one");
         }
-        if (image.size() > kMostImageBytes) {
-            throw scan::InputError(fmt::format("{}: has {} bytes; expected {} or fewer",
-                                               path.string(), image.size(), kMostImageBytes));
+        bytes += image.size();
+        if (bytes > kMostPageBytes) {
+            throw scan::InputError(
+                fmt::format("--spheres {}: the images have more than {} bytes, which no browser "
+                            "takes in one page; expected smaller ones",
+                            directory.string(), kMostPageBytes));
         }
         const auto expected = material_hashes.find(material);
         if (expected != material_hashes.end() && !shows(image, path.string(), expected->second)) {

@@ -6,7 +6,7 @@
 namespace merl {
 
 /// Whose fault an error is; the command line turns it into its exit status.
-enum class Fault { usage, input, device, output };
+enum class Fault { usage, input, device, output, resource };
 
 /// One clear line for the user: the thing, what was found, what was expected, what to do.
 class Error : public std::runtime_error {

@@ -28,10 +28,7 @@ CsvReader::CsvReader(std::string_view text, std::string file)
             std::count(text_.begin(), text_.begin() + static_cast<std::ptrdiff_t>(zero), '\n'));
         fail("found a byte 0; expected text in UTF-8 (UTF-16 has to be converted)");
     }
-    constexpr std::string_view kByteOrderMark = "\xef\xbb\xbf";
-    if (text_.starts_with(kByteOrderMark)) {
-        position_ = kByteOrderMark.size();
-    }
+    position_ = text_.size() - without_byte_order_mark(text_).size();
 }
 
 std::vector<std::string> CsvReader::header() {
@@ -76,6 +73,10 @@ bool CsvReader::next(std::vector<std::string>& fields) {
         fail(fmt::format("found {} fields; expected {}, as in the header", fields.size(), width_));
     }
     return true;
+}
+
+std::size_t CsvReader::most_rows() const {
+    return static_cast<std::size_t>(std::ranges::count(text_.substr(position_), '\n')) + 1;
 }
 
 double CsvReader::share() const {

@@ -32,6 +32,9 @@ class CsvReader {
     /// Where the last row begins, counted from 1.
     std::uint64_t line() const { return row_line_; }
 
+    /// So many rows or fewer follow.
+    std::size_t most_rows() const;
+
     /// The share of the text that is read, from 0 to 1.
     double share() const;
 

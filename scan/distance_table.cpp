@@ -1,6 +1,7 @@
 #include "scan/distance_table.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <limits>
@@ -183,6 +184,12 @@ DistanceTable parse_distance_table(std::string_view text, const std::string& fil
     MaterialNumbers materials;
     std::vector<Row> rows;
     std::vector<std::vector<double>> values(wanted.size());  // by row
+    // Growing would take three times as much.
+    const std::size_t most = reader.most_rows();
+    rows.reserve(most);
+    for (auto& column : values) {
+        column.reserve(most);
+    }
     std::vector<std::string> fields;
     while (reader.next(fields)) {
         if (fields[0].empty() || fields[1].empty()) {
@@ -213,6 +220,7 @@ DistanceTable parse_distance_table(std::string_view text, const std::string& fil
         column.values.reserve(by_pair.size());
         std::ranges::transform(by_pair, std::back_inserter(column.values),
                                [&](std::uint32_t row) { return values[m][row]; });
+        std::vector<double>().swap(values[m]);
         table.metrics.push_back(std::move(column));
     }
     return table;

@@ -67,14 +67,19 @@ std::string_view json_fault(const std::exception& error) {
     return text.substr(std::min(text.find(' ') + 1, text.size()));
 }
 
-std::string read_input(const std::string& path) {
+std::string_view without_byte_order_mark(std::string_view text) {
+    constexpr std::string_view mark = "\xef\xbb\xbf";
+    return text.starts_with(mark) ? text.substr(mark.size()) : text;
+}
+
+std::string read_input(const std::string& path, std::uint64_t most) {
     const File file(path);
     const std::uint64_t bytes = file.bytes();
     if (bytes == 0) {
         file.fail("is empty");
     }
-    if (bytes > max_input_bytes) {
-        file.fail(fmt::format("has {} bytes; expected {} or fewer", bytes, max_input_bytes));
+    if (bytes > most) {
+        file.fail(fmt::format("has {} bytes; expected {} or fewer", bytes, most));
     }
     std::string text(bytes, '\0');
     file.read(text);

@@ -1,6 +1,7 @@
 #include "scan/judgement_file.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
@@ -103,6 +104,8 @@ JudgementFile parse_csv(std::string_view text, const std::string& file,
     const bool with_reference = header == reference_header;
     RowReader rows(reader, with_reference ? reference_header : configuration_header);
     JudgementFile result = {file, with_reference ? "reference CSV" : "configuration CSV", {}, {}};
+    // Growing would take three times as much.
+    result.rows.reserve(std::min(reader.most_rows(), max_judgement_rows));
     std::vector<std::string> fields;
     while (reader.next(fields)) {
         if (result.rows.size() == max_judgement_rows) {
@@ -125,9 +128,10 @@ JudgementFile parse_csv(std::string_view text, const std::string& file,
 JudgementFile parse_judgements(std::string_view text, const std::string& file,
                                std::span<const std::string> indexed_names,
                                const std::function<void(double share)>& progress) {
-    const auto begin = text.find_first_not_of(" \t\r\n");
-    const bool is_json = begin != std::string_view::npos && text[begin] == '{';
-    return is_json ? parse_lagunas(text, file, indexed_names) : parse_csv(text, file, progress);
+    const std::string_view content = without_byte_order_mark(text);
+    const auto begin = content.find_first_not_of(" \t\r\n");
+    const bool is_json = begin != std::string_view::npos && content[begin] == '{';
+    return is_json ? parse_lagunas(content, file, indexed_names) : parse_csv(text, file, progress);
 }
 
 }  // namespace merl::scan

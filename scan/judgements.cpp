@@ -124,6 +124,7 @@ Judgements resolve_judgements(const JudgementFile& file, std::span<const std::st
     std::vector<std::uint64_t> rows_with(file.names.size());
     Judgements result;
     result.rows = file.rows.size();
+    result.list.reserve(file.rows.size());
     for (const auto& row : file.rows) {
         bool known = true;
         for (const std::uint32_t material : materials_of(row)) {

@@ -45,8 +45,10 @@ class Handler : public nlohmann::json_sax<nlohmann::json> {
         if (table_ == nullptr || depth_ != 3 || value > table_->largest) {
             return other(std::to_string(value));
         }
+        if (++in_row_ > table_->width) {
+            return other("a longer row");
+        }
         table_->numbers.push_back(value);
-        ++in_row_;
         return true;
     }
 
@@ -60,6 +62,7 @@ class Handler : public nlohmann::json_sax<nlohmann::json> {
 
     bool key(string_t& name) override {
         if (depth_ == 1) {
+            rows_ = 0;
             table_ = name == answers.key ? &answers : name == agreement.key ? &agreement : nullptr;
             if (table_ != nullptr && std::exchange(table_->found, true)) {
                 fail(fmt::format("found \"{}\" twice", name));
@@ -88,7 +91,7 @@ class Handler : public nlohmann::json_sax<nlohmann::json> {
             if (in_row_ != table_->width) {
                 other(fmt::format("a row of {}", in_row_));
             }
-            if (table_->numbers.size() / table_->width > max_judgement_rows) {
+            if (++rows_ > max_judgement_rows) {
                 fail(fmt::format("{}: found more than {} rows", table_->key, max_judgement_rows));
             }
         }
@@ -109,8 +112,7 @@ class Handler : public nlohmann::json_sax<nlohmann::json> {
     bool other(const std::string& found) const {
         if (table_ != nullptr) {
             fail(fmt::format("{}[{}]: found {}; expected rows of {} whole numbers from 0 to {}",
-                             table_->key, (table_->numbers.size() - in_row_) / table_->width, found,
-                             table_->width, table_->largest));
+                             table_->key, rows_, found, table_->width, table_->largest));
         }
         return true;
     }
@@ -118,6 +120,7 @@ class Handler : public nlohmann::json_sax<nlohmann::json> {
     std::string file_;
     Table* table_ = nullptr;  // that we are in
     std::size_t depth_ = 0;
+    std::size_t rows_ = 0;  // of the table that are complete
     std::size_t in_row_ = 0;
 };
 

@@ -1,6 +1,7 @@
 #include "scan/survey_file.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <set>
 #include <utility>
@@ -21,6 +22,9 @@ void parse_survey(std::string_view text, const std::string& file,
     }
     std::vector<std::string> fields;
     while (reader.next(fields)) {
+        if (answers.size() == max_answers) {
+            reader.fail(fmt::format("found more than {} answers", max_answers));
+        }
         answers.push_back({fields[0], fields[1], fields[2]});
     }
 }

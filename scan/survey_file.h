@@ -6,6 +6,9 @@
 
 namespace merl::scan {
 
+/// Most answers of all judges together.
+inline constexpr std::size_t max_answers = 1'000'000;
+
 /// The header of a file of answers.
 inline constexpr std::string_view survey_columns = "judge,question,answer";
 

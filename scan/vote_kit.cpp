@@ -2,9 +2,12 @@
 
 #include <fmt/format.h>
 
-#include <cmath>
+#include <algorithm>
+#include <array>
+#include <functional>
 #include <nlohmann/json.hpp>
 #include <set>
+#include <span>
 #include <utility>
 
 #include "scan/input.h"
@@ -93,6 +96,109 @@ KitTrial trial_of(const Object& object) {
     return trial;
 }
 
+/// Takes the trials out of a kit one by one as it is parsed, and of the rest only what is wanted:
+/// whatever else a file holds needs no memory. To be called by the parser (nlohmann::json::parse),
+/// whose depth is 1 at the keys of the kit, 2 at its trials and 3 at their keys.
+class KitFilter {
+  public:
+    explicit KitFilter(std::string file) : file_(std::move(file)) {}
+
+    std::vector<KitTrial> take_trials() { return std::move(trials_); }
+
+    /// Whether the parser is to keep what it has found.
+    bool operator()(int depth, json::parse_event_t event, json& parsed) {
+        using Event = json::parse_event_t;
+        const bool begins = event == Event::object_start || event == Event::array_start;
+        if (begins && depth > kDeepest) {
+            fail(file_, fmt::format("is nested more than {} deep", kDeepest));
+        }
+        if (depth == 0 && event == Event::array_start) {
+            fail(file_, "expected an object");
+        }
+        if (depth == 1 && event == Event::key) {
+            return key_of_kit(parsed.get_ref<const std::string&>());
+        }
+        if (depth == 1 && event == Event::value && at_format_) {
+            // Before the trials, which a newer kit may write in another way.
+            expect_known_format({{"format", parsed}}, file_);
+        }
+        if (in_trials_ && depth == 2 && event == Event::object_end) {
+            take(parsed);
+            return false;
+        }
+        if (in_trials_ && depth == 2 && event != Event::object_start) {
+            fail(place(), "expected an object");
+        }
+        if (in_trials_ && depth == 2) {
+            values_ = 0;
+            skipping_ = false;
+        }
+        if (in_trials_ && depth == 3 && event == Event::key) {
+            skipping_ = !is_among(kKeysOfTrial, parsed.get_ref<const std::string&>());
+        }
+        if (skipping_) {
+            return false;
+        }
+        if ((begins || event == Event::value) && depth > 1 &&
+            ++values_ > (in_trials_ ? kMostValuesOfTrial : kMostValues)) {
+            fail(in_trials_ ? place() : file_, "found an array that is too long");
+        }
+        return true;
+    }
+
+  private:
+    static constexpr int kDeepest = 100;
+    static constexpr int kMostValues = 200'000;  // below a key of the kit
+    static constexpr int kMostValuesOfTrial = 100;
+    static constexpr std::array<std::string_view, 4> kKeysOfKit = {"kit_hash", "selection_hash",
+                                                                   "metrics", "trials"};
+    static constexpr std::array<std::string_view, 6> kKeysOfTrial = {
+        "configuration", "kind", "left", "right", "expected", "agreement"};
+
+    static bool is_among(std::span<const std::string_view> keys, std::string_view key) {
+        return std::ranges::find(keys, key) != keys.end();
+    }
+
+    [[noreturn]] static void fail(const std::string& where, const std::string& what) {
+        throw InputError(fmt::format("{}: {}", where, what));
+    }
+
+    std::string place() const { return fmt::format("{}, trials[{}]", file_, trials_.size()); }
+
+    bool key_of_kit(const std::string& key) {
+        values_ = 0;
+        in_trials_ = key == "trials";
+        at_format_ = key == "format";
+        if (in_trials_ && std::exchange(has_trials_, true)) {
+            fail(file_, "found \"trials\" twice");
+        }
+        skipping_ = !is_among(kKeysOfKit, key);
+        return !skipping_;
+    }
+
+    void take(const json& value) {
+        const Object object(value, place());
+        trials_.push_back(trial_of(object));
+        const auto& trial = trials_.back();
+        if (trials_.size() > max_trials) {
+            fail(file_, fmt::format("\"trials\": expected an array of 1 to {} trials", max_trials));
+        }
+        if (!seen_.emplace(trial.configuration, trial.kind).second) {
+            object.fail(fmt::format("found configuration {} a second time as {}",
+                                    trial.configuration, kind_name(trial.kind)));
+        }
+    }
+
+    std::string file_;
+    std::vector<KitTrial> trials_;
+    std::set<std::pair<std::uint64_t, TrialKind>> seen_;
+    bool has_trials_ = false;
+    bool in_trials_ = false;
+    bool at_format_ = false;
+    bool skipping_ = false;  // what belongs to an unknown key
+    int values_ = 0;
+};
+
 void read_database(const Object& database, VoteKit& kit) {
     kit.database_kind = database.text("kind");
     if (const json* const hashes = database.find("material_hashes")) {
@@ -106,39 +212,28 @@ void read_database(const Object& database, VoteKit& kit) {
 }  // namespace
 
 VoteKit parse_vote_kit(std::string_view text, const std::string& file) {
+    KitFilter filter(file);
     json content;
     try {
-        content = json::parse(text);
+        content = json::parse(text, std::ref(filter));
     } catch (const json::exception& error) {
         throw InputError(fmt::format("{}: is no JSON: {}", file, json_fault(error)));
     }
     const Object kit(content, file);
-    expect_known_format(content, file);
     const auto metrics = kit.two_texts("metrics");
     VoteKit result{.file = file,
                    .kit_hash = kit.text("kit_hash"),
                    .selection_hash = kit.text("selection_hash"),
                    .first_metric = metrics.first,
                    .second_metric = metrics.second,
-                   .trials = {},
+                   .trials = filter.take_trials(),
                    .database_kind = {},
                    .material_hashes = {}};
     if (const json* const database = kit.find("database")) {
         read_database(Object(*database, file + ", database"), result);
     }
-    const json& trials = kit.at("trials");
-    if (!trials.is_array() || trials.empty() || trials.size() > max_trials) {
+    if (!kit.at("trials").is_array() || result.trials.empty()) {
         kit.fail(fmt::format("\"trials\": expected an array of 1 to {} trials", max_trials));
-    }
-    std::set<std::pair<std::uint64_t, TrialKind>> seen;
-    for (std::size_t i = 0; i < trials.size(); ++i) {
-        const Object object(trials[i], fmt::format("{}, trials[{}]", file, i));
-        result.trials.push_back(trial_of(object));
-        const auto& trial = result.trials.back();
-        if (!seen.emplace(trial.configuration, trial.kind).second) {
-            object.fail(fmt::format("found configuration {} a second time as {}",
-                                    trial.configuration, kind_name(trial.kind)));
-        }
     }
     return result;
 }

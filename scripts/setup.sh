@@ -10,20 +10,30 @@ packages=(
     libvulkan-dev mesa-vulkan-drivers vulkan-validationlayers           # Vulkan, lavapipe
     libglm-dev libtbb-dev libfmt-dev libxxhash-dev libhwy-dev           # libraries of the engine
     libboost-dev                                                        # of the scan
-    libcli11-dev nlohmann-json3-dev libopenexr-dev libpng-dev           # of the command line
+    libcli11-dev nlohmann-json3-dev libopenexr-dev libpng-dev zlib1g-dev  # of the command line
     libgtest-dev libgmock-dev libbenchmark-dev chromium                 # of the tests
     clang-format clang-tidy                                             # style
 )
 
+command -v dpkg-query apt-get >/dev/null || {
+    echo "$0: this is no Debian; install what Debian calls ${packages[*]}, then: cmake --preset release && cmake --build --preset release" >&2
+    exit 1
+}
 missing=()
 for package in "${packages[@]}"; do
     dpkg-query -W -f '${Status}' "$package" 2>/dev/null | grep -q '^install ok installed$' ||
         missing+=("$package")
 done
 if [ ${#missing[@]} -gt 0 ]; then
-    echo "Installing: ${missing[*]}"
     as_root=()
-    [ "$(id -u)" -eq 0 ] || as_root=(sudo)
+    if [ "$(id -u)" -ne 0 ]; then
+        command -v sudo >/dev/null || {
+            echo "$0: packages are missing, and without sudo only root can install them: apt-get install --no-install-recommends ${missing[*]}" >&2
+            exit 1
+        }
+        as_root=(sudo)
+    fi
+    echo "Installing: ${missing[*]}"
     "${as_root[@]}" apt-get update -q
     "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive \
         apt-get install -y -q --no-install-recommends "${missing[@]}"

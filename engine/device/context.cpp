@@ -1,6 +1,8 @@
 #include "engine/device/context.h"
 
 #include <fmt/format.h>
+#include <sys/resource.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <array>
@@ -8,6 +10,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <string_view>
+#include <tuple>
 
 #include "engine/device/handles.h"
 #include "engine/error.h"
@@ -175,14 +178,50 @@ std::string validation_mode() {
     return value ? value : "";
 }
 
+/// The limits of this process that a driver may not fit into, as the rest of a sentence.
+std::string lack_of_room() {
+    std::string text;
+    for (const auto& [resource, what, option] :
+         {std::tuple(RLIMIT_AS, "address space", "-v"), {RLIMIT_DATA, "data", "-d"}}) {
+        rlimit limit = {};
+        if (::getrlimit(resource, &limit) == 0 && limit.rlim_cur != RLIM_INFINITY) {
+            text += fmt::format(
+                "; the {} of this process is limited to {} MiB (ulimit {}), and a driver may need "
+                "several hundred: raise it",
+                what, limit.rlim_cur >> 20U, option);
+        }
+    }
+    return text;
+}
+
+/// The variables with which a user, or a file that was sourced once, chooses drivers.
+std::string hiding_variables() {
+    std::string text;
+    for (const char* name : {"VK_DRIVER_FILES", "VK_ICD_FILENAMES", "VK_LOADER_DRIVERS_SELECT",
+                             "VK_LOADER_DRIVERS_DISABLE"}) {
+        if (const char* value = std::getenv(name); value != nullptr) {
+            text += fmt::format("; {} is \"{}\", which may hide it: unset it", name, value);
+        }
+    }
+    // The loader looks nowhere else for what packages install.
+    const char* directories = std::getenv("XDG_DATA_DIRS");
+    if (directories != nullptr && std::strstr(directories, "/usr/share") == nullptr &&
+        ::access("/usr/share/vulkan/icd.d", F_OK) == 0) {
+        text += fmt::format("; XDG_DATA_DIRS is \"{}\", without /usr/share: add it", directories);
+    }
+    return text;
+}
+
 /// The loader, or an Error that says how to get it.
 vk::raii::Context make_loader() {
     try {
         return {};
     } catch (const std::runtime_error&) {
-        throw Error(Fault::device,
-                    "the Vulkan loader (libvulkan.so.1) is not installed; on Debian: "
-                    "apt-get install libvulkan1 mesa-vulkan-drivers");
+        const std::string room = lack_of_room();
+        throw Error(Fault::device, "the Vulkan loader (libvulkan.so.1) cannot be loaded" +
+                                       (room.empty() ? "; on Debian: apt-get install libvulkan1 "
+                                                       "mesa-vulkan-drivers"
+                                                     : room));
     }
 }
 
@@ -199,9 +238,7 @@ VKAPI_ATTR VkBool32 VKAPI_CALL keep_message(VkDebugUtilsMessageSeverityFlagBitsE
 /// The index in `devices` of the one to open.
 std::size_t choose(const std::vector<DeviceInfo>& devices, const std::string& wanted) {
     if (devices.empty()) {
-        throw Error(Fault::device,
-                    "no Vulkan driver found; on Debian: apt-get install "
-                    "mesa-vulkan-drivers (lavapipe runs on any processor)");
+        throw Error(Fault::device, why_no_device());
     }
     std::string list;
     for (const auto& d : devices) {
@@ -269,6 +306,14 @@ std::vector<vk::raii::PhysicalDevice> enumerate(const vk::raii::Instance& instan
 
 }  // namespace
 
+std::string why_no_device() {
+    const std::string reasons = hiding_variables() + lack_of_room();
+    return "no Vulkan driver found" +
+           (reasons.empty() ? "; on Debian: apt-get install mesa-vulkan-drivers (lavapipe runs on "
+                              "any processor)"
+                            : reasons);
+}
+
 std::vector<DeviceInfo> list_devices() {
     const auto loader = make_loader();
     const auto instance = guarded("vkCreateInstance", [&] { return make_instance(loader, ""); });
@@ -332,7 +377,7 @@ Context::Context(const ContextOptions& options) {
     features.shaderFloat64 = true;
     create.pEnabledFeatures = &features;
     create.setPEnabledExtensionNames(extensions);
-    guarded("vkCreateDevice", [&] {
+    guarded("vkCreateDevice (which needs memory and threads)", [&] {
         h.device = {h.physical, create};
         h.queue = {h.device, h.queue_family, 0};
         h.pool = {h.device, {vk::CommandPoolCreateFlagBits::eResetCommandBuffer, h.queue_family}};

@@ -35,6 +35,10 @@ struct DeviceInfo {
 /// Throws Error (device) when the Vulkan loader is not installed.
 std::vector<DeviceInfo> list_devices();
 
+/// Why there is no device at all, for the user: "no Vulkan driver found" and what hides it or leaves
+/// it no room, or else how to get one.
+std::string why_no_device();
+
 /// How a context is made; the defaults are what the command line uses.
 struct ContextOptions {
     std::string device;          // empty: best usable one; else an index or a part of the name

@@ -16,7 +16,9 @@
 namespace merl::reflectance {
 
 struct DistanceOptions {
-    std::uint64_t memory_bytes = 1ULL << 30U;  // bound on device memory and what stands in for it
+    /// Bound on the memory of the device and on what the host takes: samples as read, grids, sums,
+    /// totals. Not on the distances themselves, 16 bytes a pair and metric.
+    std::uint64_t memory_bytes = 1ULL << 30U;
     VoxelSet voxels = VoxelSet::above_horizon;
     bool shaders_only = false;  // no metric is SlabPlan::on_host(): for tests and benchmarks
     /// Called after every slab with the share that is done, from 0 to 1. An exception thrown by it

@@ -22,6 +22,9 @@ struct Grid {
 /// The most voxels a database may have: 256 times the grid of MERL.
 constexpr std::uint64_t kMaxVoxels = 256ULL * 90 * 90 * 180;
 
+/// The most voxels along one side of a grid, of which Domain keeps the angles.
+constexpr std::uint64_t kMaxSide = 65536;
+
 /// What a metric may know about a voxel, at its centre. Angles in radians. Kernels read the same
 /// eight numbers in the same order (shaders/framework/geometry.glsl).
 struct Voxel {

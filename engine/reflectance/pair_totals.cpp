@@ -46,6 +46,9 @@ void PairTotals::add(const PartialSums& sums, std::size_t blocks) {
 
 MetricDistances PairTotals::distances() const {
     MetricDistances result;
+    const std::size_t pairs = std::size_t{materials_} * (materials_ - 1) / 2;
+    result.values.reserve(pairs);
+    result.bounds.reserve(pairs);
     for (std::uint32_t i = 0; i < materials_; ++i) {
         for (std::uint32_t j = i + 1; j < materials_; ++j) {
             const std::size_t at = tiles_.sum_index(i, j);

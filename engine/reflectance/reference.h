@@ -21,13 +21,18 @@ struct ReferenceRequest {
 };
 
 /// E of SPEC equation 4.20 for each request and pair, in float64 on the CPU, from the metric's own
-/// file and the database's float64 samples (negative numbers count as zero); each material is read
-/// once. Deterministic: sums run over blocks of kBlockVoxels voxels, then over blocks, whatever the
-/// number of threads and whichever other pairs are asked for. `progress` is called between pieces
-/// of work with the share done and may throw.
+/// file and the database's float64 samples (negative numbers count as zero). Deterministic: sums
+/// run over blocks of kBlockVoxels voxels, then over blocks, whatever the number of threads,
+/// whichever other pairs are asked for and however little memory there is. `progress` is called
+/// between pieces of work with the share done and may throw.
+///
+/// Samples and sums of blocks stay within `memory_bytes`, but a thread needs a quarter of a MiB;
+/// beside them each pair takes 32 bytes. Every material is read once where all have room, otherwise
+/// once with every group of others.
 std::vector<std::vector<double>> reference_distances(
     const Database& database, std::span<const ReferenceRequest> requests,
-    VoxelSet set = VoxelSet::above_horizon, const std::function<void(double)>& progress = {});
+    VoxelSet set = VoxelSet::above_horizon, const std::function<void(double)>& progress = {},
+    std::uint64_t memory_bytes = 1ULL << 30U);
 
 /// The same for a single metric.
 std::vector<double> reference_distances(const Database& database, const Metric& metric,

@@ -24,6 +24,9 @@ static_assert(kHostTile % kHostGroup == 0);
 /// are not much larger than those; much smaller ones would only cost submissions.
 constexpr std::uint64_t kCachedBytes = 32ULL << 20U;
 
+/// Of a material, whatever the slabs: the states of its hashes.
+constexpr std::uint64_t kMaterialBytes = 2048;
+
 template <typename T>
 T divide_up(T a, std::type_identity_t<T> b) {
     return (a + b - 1) / b;
@@ -75,7 +78,8 @@ std::uint64_t SlabPlan::sums_bytes(const Metric& metric) const {
 
 SlabPlan plan_slabs(const device::Limits& limits, std::uint64_t memory_bytes,
                     std::uint64_t materials, std::uint64_t voxels,
-                    std::span<const Metric* const> metrics, bool shaders_only) {
+                    std::span<const Metric* const> metrics, bool shaders_only,
+                    std::uint64_t threads) {
     if (materials > kMaxMaterials) {
         throw Error(Fault::device,
                     fmt::format("{} materials are more than {}, the most there may be", materials,
@@ -104,6 +108,9 @@ SlabPlan plan_slabs(const device::Limits& limits, std::uint64_t memory_bytes,
         std::uint64_t device_grid = 0;
         std::uint64_t ranges = 0;
         plan.host_bytes = 0;
+        plan.other_bytes = materials * kMaterialBytes +
+                           std::min(threads, materials) * blocks * sizeof(BlockSamples) +
+                           plan.slab_voxels() * (sizeof(Voxel) + sizeof(VoxelRun));
         largest = 1;
         for (const auto* metric : metrics) {
             const auto grid = plan.grid_bytes(*metric);
@@ -114,8 +121,10 @@ SlabPlan plan_slabs(const device::Limits& limits, std::uint64_t memory_bytes,
                                    all_sums + totals_bytes(plan, *metric);
                 continue;
             }
+            plan.other_bytes += totals_bytes(plan, *metric);
             if (metric->has_twin()) {
                 per_slab += grid;
+                plan.other_bytes += 2 * plan.weights_bytes();
             } else {
                 device_grid = std::max(device_grid, grid);
             }
@@ -129,12 +138,15 @@ SlabPlan plan_slabs(const device::Limits& limits, std::uint64_t memory_bytes,
             plan.device_bytes += 2 * (plan.samples_bytes() + plan.geometry_bytes()) +
                                  plan.weights_bytes() + device_grid;
         }
-        return plan.device_bytes + plan.host_bytes;
+        return plan.device_bytes + plan.host_bytes + plan.other_bytes;
     };
-    // What one more block takes: the totals of HostWork are there once.
+    // What one more block takes: totals are there once.
     const auto two_blocks_bytes = bytes_of(2);
+    const auto two_blocks_other = plan.other_bytes;
     const auto block_bytes = bytes_of(1);
-    const auto more_bytes = std::max<std::uint64_t>(1, two_blocks_bytes - block_bytes);
+    const auto more_bytes = two_blocks_bytes - block_bytes;
+    const auto computed_bytes =
+        std::max<std::uint64_t>(1, more_bytes - (two_blocks_other - plan.other_bytes));
     const auto buffer_limit = std::min(
         {limits.storage_buffer_bytes, limits.allocation_bytes, limits.texel_buffer_texels * 16});
     if (largest > buffer_limit) {
@@ -155,7 +167,7 @@ SlabPlan plan_slabs(const device::Limits& limits, std::uint64_t memory_bytes,
         blocks = std::min(blocks, std::uint64_t{limits.groups_y});
     }
     if (limits.is_host) {
-        blocks = std::min(blocks, std::max<std::uint64_t>(1, kCachedBytes / more_bytes));
+        blocks = std::min(blocks, std::max<std::uint64_t>(1, kCachedBytes / computed_bytes));
     }
     bytes_of(blocks);
     plan.slabs = divide_up(all_blocks, blocks);

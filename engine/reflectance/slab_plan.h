@@ -18,6 +18,7 @@ struct SlabPlan {
     std::uint64_t slabs = 0;
     std::uint64_t device_bytes = 0;  // of all buffers together
     std::uint64_t host_bytes = 0;    // of HostWork, which has no buffers
+    std::uint64_t other_bytes = 0;   // of what is read, and totals of what the device computes
     bool pairs_on_host = false;      // whether metrics may be on_host()
 
     std::uint64_t slab_voxels() const { return std::uint64_t{slab_blocks} * kBlockVoxels; }
@@ -42,12 +43,14 @@ struct SlabPlan {
     std::uint64_t sums_bytes(const Metric& metric) const;
 };
 
-/// The largest slabs that stay within `memory_bytes` and every limit of the device, but at least
-/// four when there is enough to do, so that reading and computing overlap. With `shaders_only`
-/// nothing is on_host().
+/// The largest slabs that stay within `memory_bytes`, everything counted, and every limit of the
+/// device, but at least four when there is enough to do, so that reading and computing overlap.
+/// With `shaders_only` nothing is on_host(). So many `threads` read, each a slab of one material at
+/// a time.
 /// Throws Error (usage) when one block does not fit in memory, (device) when a limit forbids it.
 SlabPlan plan_slabs(const device::Limits& limits, std::uint64_t memory_bytes,
                     std::uint64_t materials, std::uint64_t voxels,
-                    std::span<const Metric* const> metrics, bool shaders_only = false);
+                    std::span<const Metric* const> metrics, bool shaders_only = false,
+                    std::uint64_t threads = 1);
 
 }  // namespace merl::reflectance

@@ -85,13 +85,14 @@ std::string read_material(const Database& database, std::size_t material, std::s
 void require_room(const device::Limits& limits, const Grid& grid, const SphereOptions& options) {
     const std::uint64_t texels = grid.voxels();
     const std::uint64_t image = std::uint64_t{options.size} * options.size * sizeof(SpherePixel);
-    if (texels > limits.texel_buffer_texels || texels * sizeof(Texel) > limits.allocation_bytes) {
+    const std::uint64_t most =
+        std::min(limits.texel_buffer_texels,
+                 std::min(limits.allocation_bytes, limits.storage_buffer_bytes) / sizeof(Texel));
+    if (texels > most) {
         throw Error(Fault::device,
                     fmt::format("a material of {} samples does not fit into one buffer of this "
                                 "device, which takes {}",
-                                texels,
-                                std::min(limits.texel_buffer_texels,
-                                         limits.allocation_bytes / sizeof(Texel))));
+                                texels, most));
     }
     if (image > limits.storage_buffer_bytes) {
         throw Error(Fault::device,

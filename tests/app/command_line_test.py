@@ -1,5 +1,7 @@
 """merl-scan itself: help, version, and options that are wrong."""
 
+import unicodedata
+
 import support
 from support import USAGE, Case, write_database
 
@@ -45,6 +47,19 @@ class Usage(Case):
         self.assert_usage(["scna"], "scna")
         self.assert_usage(["infos"], "database", "infos")
         self.assert_usage(["two\\x0alines", "\\x1b[31m"], "two\nlines\x1b[31m")
+
+    def test_what_nobody_sees_becomes_visible(self):
+        # unicodedata knows them by themselves: control and format characters, separators of lines.
+        signs = set("\u0600\u0601\u0602\u0603\u0604\u0605\u06dd\u070f\u0890\u0891\u08e2\U000110bd"
+                    "\U000110cd") | set(map(chr, range(0x13430, 0x13440))) | \
+            set(map(chr, range(0x1bca0, 0x1bca4)))  # have a shape of their own
+        hidden = [c for c in map(chr, range(1, 0x110000)) if c not in signs and
+                  unicodedata.category(c) in ("Cc", "Cf", "Zl", "Zp")]
+        self.assertGreater(len(hidden), 150)
+        self.assert_usage(["".join(f"\\x{byte:02x}" for byte in "".join(hidden).encode())],
+                          "".join(hidden))
+        shown = "ä日本語 \u05d0\u0627\U0001f9ea\ufe0f¡ÿ\u0301\u0600"
+        self.assert_usage([shown], shown)
 
     def test_unknown_option(self):
         for command in (["scan"], ["compare"], ["devices"], ["database", "info"], ["database", "write", "x"],

@@ -121,12 +121,17 @@ class Page(Case):
         self.assert_calm()
 
     def test_names_are_text(self):
-        self.make_table(["<i>m</i>", "</script><script>document.title='hit'</script>"], HOSTILE)
+        self.make_table(["<i>m</i>", "</script><script>document.title='hit'</script>",
+                         "\u202ereversed"], HOSTILE)
         self.show("--distances", "t.csv")
         self.assertEqual(self.browser.run("document.title"), "Reflectance metrics compared")
         self.assertEqual(self.browser.run("document.querySelectorAll('img, i, #strongest b b').length"), 0)
-        self.assertEqual(self.browser.run("data.materials"), sorted(HOSTILE, key=str.encode))
+        self.assertEqual(self.browser.run("data.materials"),
+                         [support.visible(name) for name in sorted(HOSTILE, key=str.encode)])
         self.assertEqual(self.browser.text("#matrix tbody th"), "<i>m</i>")
+        self.assertIn(support.visible("\u202ereversed"),
+                      self.browser.run("document.body.innerText"))
+        self.assertNotIn("\u202e", self.browser.run("document.body.innerText"))
         self.assertIn("<img src=x onerror=alert(1)>", self.browser.run("document.body.innerText"))
         self.assert_calm()
 

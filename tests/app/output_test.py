@@ -161,9 +161,59 @@ class Directory(Case):
             [support.PROGRAM, "scan", "--database", "db", "--out", "out"], cwd=self.work,
             stdout=writer, stderr=subprocess.PIPE, text=True, check=False)
         os.close(writer)
-        self.assertEqual(result.returncode, OUTPUT)
-        self.assertIn("complete", self.only_line(result.stderr))
+        self.assertEqual((result.returncode, result.stderr), (support.SUCCESS, ""))
         self.assertEqual(sorted(os.listdir(self.work / "out")), support.RESULTS)
+
+
+class ClosedPipe(Case):
+    """`merl-scan … | head -1`: whoever reads standard output has seen enough."""
+
+    def run_and_read(self, size, *command):
+        """Reads so many bytes of what the program prints; returns its status and complaints."""
+        process = subprocess.Popen(
+            [support.PROGRAM, *command], cwd=self.work, stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+        with process.stdout, process.stderr:
+            os.read(process.stdout.fileno(), size)
+            process.stdout.close()
+            errors = process.stderr.read()
+        return process.wait(), errors.decode()
+
+    def test_commands_that_only_print(self):
+        write_database(self.work / "db", 60)
+        for command in (["metrics"], ["metrics", "show", "pawcielab"], ["devices"], ["--help"],
+                        ["scan", "--help"], ["--version"], ["database", "info", "db"],
+                        ["power", "--judges", "5:200", "--configurations", "20"]):
+            for size in 0, 1:
+                with self.subTest(command):
+                    self.assertEqual(self.run_and_read(size, *command), (support.SUCCESS, ""))
+
+    def test_what_is_wrong_stays_wrong(self):
+        write_database(self.work / "db", 60)
+        (self.work / "db" / "m00.binary").write_bytes(b"")
+        self.assertEqual(self.run_and_read(1, "database", "info", "db"), (INPUT, ""))
+
+    def test_results_are_written(self):
+        write_database(self.work / "db", 5)
+        for command, last in ((["scan", "--database", "db"], "summary.json"),
+                              (["compare", "--database", "db", "--metrics", "rmse,ngan"],
+                               "summary.json"),
+                              (["slices"], "figure-4.4.png"),
+                              (["render", "--database", "db", "--size", "16"],
+                               "contact-sheet.html")):
+            with self.subTest(command):
+                out = command[0]
+                self.assertEqual(self.run_and_read(0, *command, "--out", out), (support.SUCCESS, ""))
+                self.assertTrue((self.work / out / last).exists())
+
+    def test_a_shell(self):
+        for shell in "bash", "sh":
+            result = subprocess.run(
+                [shell, "-c", f'{"set -o pipefail;" if shell == "bash" else ""} '
+                              f'"{support.PROGRAM}" metrics | head -1'],
+                capture_output=True, text=True, check=False)
+            self.assertEqual((result.returncode, result.stderr), (0, ""))
+            self.assertEqual(len(result.stdout.splitlines()), 1)
 
 
 class FullDisk(Case):

@@ -5,6 +5,7 @@ import json
 import os
 import pathlib
 import random
+import re
 import struct
 import subprocess
 import tempfile
@@ -16,7 +17,7 @@ PROGRAM = os.environ["MERL_SCAN"]
 GRID = (6, 5, 8)  # theta_h x theta_d x phi_d, small enough that everything takes no time
 
 # Exit statuses, as app/exit_status.h has them.
-SUCCESS, FAILED, USAGE, INPUT, DEVICE, OUTPUT = range(6)
+SUCCESS, FAILED, USAGE, INPUT, DEVICE, OUTPUT, RESOURCE = range(7)
 INTERRUPTED = 128
 
 RESULTS = ["disagreements.csv", "pairs.csv", "selection.csv", "summary.json"]
@@ -61,6 +62,12 @@ def read_json(path):
 
     with open(path, encoding="utf-8") as file:
         return json.load(file, object_pairs_hook=unique)
+
+
+def visible(text):
+    """The text as terminals and pages show it: what nobody sees as \\xNN, byte by byte."""
+    hidden = "[\0-\x1f\x7f-\x9f\u00ad\u061c\u200b-\u200f\u2028-\u202e\u2060-\u206f\ufeff\U000e0000-\U000e0fff]"
+    return re.sub(hidden, lambda m: "".join(f"\\x{byte:02x}" for byte in m[0].encode()), text)
 
 
 def tree(directory):

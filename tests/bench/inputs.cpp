@@ -58,7 +58,7 @@ const scan::Distances& device_distances() {
 const scan::Distances& exact_distances() {
     static const scan::Distances distances = [] {
         auto refined = device_distances();
-        app::refine(refined, database(), two_metrics(), 100, 10, {});
+        app::refine(refined, database(), two_metrics(), 100, 10, 1ULL << 30U, {});
         return refined;
     }();
     return distances;

@@ -41,7 +41,7 @@ const Metric& of_a_user() {
 }
 
 void expect_within(const SlabPlan& plan, const device::Limits& limits, std::uint64_t memory) {
-    EXPECT_LE(plan.device_bytes + plan.host_bytes, memory);
+    EXPECT_LE(plan.device_bytes + plan.host_bytes + plan.other_bytes, memory);
     for (const auto* metric : two_metrics()) {
         EXPECT_LE(plan.sums_bytes(*metric), limits.storage_buffer_bytes);
         EXPECT_LE(plan.grid_bytes(*metric), limits.storage_buffer_bytes);
@@ -134,6 +134,29 @@ TEST(SlabPlan, TotalsOfManyMaterialsCountToo) {
     const auto plan = plan_slabs(limits, 4096 * kMiB, 10'000, kMerlVoxels, two_metrics());
     EXPECT_GT(plan.host_bytes, std::uint64_t{3} * 8 * 50'000'000);
     EXPECT_LE(plan.host_bytes, 4096 * kMiB);
+}
+
+TEST(SlabPlan, WhatThreadsReadCountsToo) {
+    auto limits = lavapipe_limits();
+    for (const bool is_host : {false, true}) {
+        limits.is_host = is_host;
+        for (const std::uint64_t threads : {1, 2, 64}) {
+            const auto plan =
+                plan_slabs(limits, 64 * kMiB, 100, kMerlVoxels, two_metrics(), false, threads);
+            expect_within(plan, limits, 64 * kMiB);
+            EXPECT_GE(plan.other_bytes, threads * plan.slab_blocks * sizeof(BlockSamples) +
+                                            plan.slab_voxels() * sizeof(Voxel));
+        }
+        // Of four materials no more than four are read at a time.
+        const auto few = plan_slabs(limits, 64 * kMiB, 4, kMerlVoxels, two_metrics(), false, 64);
+        EXPECT_LT(few.other_bytes, 16 * few.slab_blocks * sizeof(BlockSamples));
+    }
+}
+
+TEST(SlabPlan, TotalsOfTheDeviceCountToo) {
+    const std::array<const Metric*, 1> metric = {&find_metric("rmse")};
+    const auto plan = plan_slabs(lavapipe_limits(), 1024 * kMiB, 1000, kMerlVoxels, metric);
+    EXPECT_GE(plan.other_bytes, std::uint64_t{1000} * 999 / 2 * sizeof(double));
 }
 
 TEST(SlabPlan, OnTheHostNoLimitOfTheDeviceCounts) {

@@ -56,6 +56,17 @@ TEST(JudgementCsv, WithAReference) {
     EXPECT_EQ(row_text(file, 1), "silk wood | silk gold: 0 0 1000000000");
 }
 
+TEST(Judgements, AByteOrderMarkBelongsToNoFormat) {
+    const std::vector<std::string> names = {"a", "b", "c"};
+    for (const std::string text : {R"({"answers": [[0, 1, 2]], "agreement": [[3, 1]]})",
+                                   "reference,a,b,votes_a,votes_b\na,b,c,3,1\n"}) {
+        const auto plain = parse_judgements(text, "j", names);
+        const auto marked = parse_judgements("\xef\xbb\xbf" + text, "j", names);
+        EXPECT_EQ(marked.format, plain.format);
+        EXPECT_EQ(row_text(marked, 0), row_text(plain, 0));
+    }
+}
+
 TEST(JudgementCsv, WithConfigurations) {
     const auto file = parse(kConfiguration + "a,b,c,d,1,15,484\nb,a,a,c,0,0,1\n");
     EXPECT_EQ(file.format, "configuration CSV");

@@ -56,6 +56,41 @@ void expect_refused(const std::vector<VoteFile>& files, const VoteKit* kit,
     }
 }
 
+TEST(VoteKit, KeepsNothingButWhatItNeeds) {
+    const auto refused = [](const std::string& text) -> std::string {
+        try {
+            parse_vote_kit(text, "kit.json");
+        } catch (const InputError& error) {
+            return error.what();
+        }
+        return "";
+    };
+    const std::string begin = kKit.substr(0, kKit.find("\"more\""));
+    const std::string end = kKit.substr(kKit.find("\"trials\""));
+    const std::string deep = std::string(99, '[') + std::string(99, ']');
+    EXPECT_EQ(refused(begin + "\"more\": " + deep + ", " + end), "");
+    EXPECT_THAT(refused(begin + "\"more\": [[" + deep + "]], " + end),
+                ::testing::HasSubstr("nested more than 100 deep"));
+    EXPECT_THAT(refused(begin + "\"trials\": []," + end), ::testing::HasSubstr("twice"));
+    std::string many = "0";
+    for (int i = 0; i < 300'000; ++i) {
+        many += ",0";
+    }
+    EXPECT_EQ(refused(begin + "\"more\": [" + many + "], " + end), "");
+    const std::string trial = R"({"configuration": 1, "kind": "selection", "left": ["b", "a"], )";
+    EXPECT_THAT(refused(begin + R"("trials": [)" + trial + R"("right": [)" + many + "]}]}"),
+                ::testing::HasSubstr("trials[0]: found an array that is too long"));
+    EXPECT_EQ(refused(begin + R"("trials": [)" + trial + R"("more": [)" + many +
+                      R"(], "right": ["c", "d"]}]})"),
+              "");
+    for (const std::string other : {"3", "[]", "null", "\"x\""}) {
+        EXPECT_THAT(refused(begin + R"("trials": [)" + other + "]}"),
+                    ::testing::HasSubstr("trials[0]: expected an object"));
+        EXPECT_THAT(refused(other), ::testing::HasSubstr("kit.json: expected an object"));
+    }
+    EXPECT_EQ(parse_vote_kit("\xef\xbb\xbf" + kKit, "kit.json").trials.size(), 4U);
+}
+
 TEST(GatherVotes, UndoesTheSides) {
     const auto kit = parse_vote_kit(kKit, "kit.json");
     for (const auto* with : {&kit, static_cast<const VoteKit*>(nullptr)}) {
