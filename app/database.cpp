@@ -18,6 +18,7 @@
 #include "engine/reflectance/abc_database.h"
 #include "engine/reflectance/merl_directory.h"
 #include "engine/reflectance/merl_file.h"
+#include "scan/csv.h"
 
 namespace merl::app {
 namespace {
@@ -173,19 +174,16 @@ int write(const Options& options) {
     {
         Progress progress("writing", options.quiet);
         for (std::size_t m = 0; m < materials.size(); ++m) {
-            try {
-                reflectance::write_merl_file(out.path(files[m]), *database, m);
-            } catch (const Error& error) {
-                throw Error(error.fault(), out.with_target(error.what()));
-            }
+            out.write(files[m], [&](int file) {
+                scan::write_all(file, reflectance::merl_file(*database, m));
+            });
             progress.update(static_cast<double>(m + 1) / static_cast<double>(materials.size()));
         }
     }
     out.commit();
     if (!options.quiet) {
         print_line(fmt::format("{} materials of {} in {}", materials.size(), database->name(),
-                               options.out),
-                   kResultsAreThere);
+                               options.out));
     }
     return kSuccess;
 }

@@ -11,6 +11,7 @@
 #include "app/commands.h"
 #include "app/exit_status.h"
 #include "app/interrupt.h"
+#include "app/output_directory.h"
 #include "app/terminal.h"
 #include "app/version.h"
 #include "engine/error.h"
@@ -35,7 +36,8 @@ int status_of(merl::Fault fault) {
 }
 
 int complain(const char* kind, const char* message, int status) noexcept {
-    std::fprintf(stderr, "merl-scan: %s%s\n", kind, printable(message).c_str());
+    std::fprintf(stderr, "merl-scan: %s%s%s\n", kind, printable(message).c_str(),
+                 results_are_in_place() ? "; the results are complete and in place" : "");
     return status;
 }
 
@@ -116,7 +118,9 @@ int main(int argc, char** argv) {
     } catch (const merl::scan::InputError& error) {
         return complain("", error.what(), kInput);
     } catch (const Interrupted& interrupt) {
-        return complain("", "interrupted; nothing was written", kInterrupted + interrupt.signal());
+        return complain("",
+                        results_are_in_place() ? "interrupted" : "interrupted; nothing was written",
+                        kInterrupted + interrupt.signal());
     } catch (const std::bad_alloc&) {
         return complain("", "out of memory", kInternal);
     } catch (const std::exception& error) {

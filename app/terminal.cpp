@@ -73,9 +73,9 @@ std::string printable(std::string_view text) {
     return escaped(text, true);
 }
 
-void print_line(std::string_view text, std::string_view note) {
+void print_line(std::string_view text) {
     std::fputs((printable(text) + "\n").c_str(), stdout);
-    flush_output(note);
+    flush_output();
 }
 
 void print_lines(std::string_view text) {
@@ -87,13 +87,13 @@ void print_lines(std::string_view text) {
 }
 
 void print_result(std::string_view name, std::string_view text) {
-    print_line(fmt::format("{:<16}{}", name, text), kResultsAreThere);
+    print_line(fmt::format("{:<16}{}", name, text));
 }
 
-void flush_output(std::string_view note) {
+void flush_output() {
     if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0) {
-        throw Error(Fault::output, fmt::format("standard output cannot be written: {}{}",
-                                               std::strerror(errno), note));
+        throw Error(Fault::output,
+                    fmt::format("standard output cannot be written: {}", std::strerror(errno)));
     }
 }
 

@@ -12,22 +12,17 @@ std::string as_utf8(std::string_view text);
 /// as_utf8 with control characters as \xNN too: on one line, and harmless to a terminal.
 std::string printable(std::string_view text);
 
-/// A note for commands whose results are complete when they print what they did.
-inline constexpr std::string_view kResultsAreThere = "; the results are complete and in place";
-
-/// Writes one line, `printable`, to standard output. Throws Error (output) when that fails, with
-/// `note` after the reason.
-void print_line(std::string_view text, std::string_view note = {});
+/// Writes one line, `printable`, to standard output. Throws Error (output) when that fails.
+void print_line(std::string_view text);
 
 /// Writes the lines of a text, like print_line; each ends with a line feed, the last perhaps
 /// without.
 void print_lines(std::string_view text);
 
-/// Writes a line of a summary, the text in a column beside its name, after the results are in
-/// place.
+/// Writes a line of a summary, the text in a column beside its name.
 void print_result(std::string_view name, std::string_view text);
 
 /// Sees to it that what went to standard output arrived. Throws Error (output) like print_line.
-void flush_output(std::string_view note = {});
+void flush_output();
 
 }  // namespace merl::app
