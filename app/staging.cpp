@@ -58,15 +58,21 @@ void sync_directory(const fs::path& path) {
     }
 }
 
+[[noreturn]] void fail_occupied(const std::string& name) {
+    throw Error(Fault::output, fmt::format("somebody else put {} there", name));
+}
+
+/// Moves it where nothing is.
 void move_new(const fs::path& from, const fs::path& to) {
     if (::renameat2(AT_FDCWD, from.c_str(), AT_FDCWD, to.c_str(), RENAME_NOREPLACE) == 0) {
         return;
     }
-    if (errno != EINVAL && errno != ENOSYS) {
-        throw_errno();
+    const bool can_look_and_move_at_once = errno != EINVAL && errno != ENOSYS;
+    if (errno == EEXIST || (!can_look_and_move_at_once && is_there(to))) {
+        fail_occupied(to.filename().string());
     }
-    if (is_there(to)) {  // the file system cannot look and move at once
-        throw std::system_error(EEXIST, std::generic_category());
+    if (can_look_and_move_at_once) {
+        throw_errno();
     }
     fs::rename(from, to);
 }
@@ -171,9 +177,10 @@ std::vector<Found> staging_directories(const fs::path& place, const fs::path& ow
     return all;
 }
 
-/// The file with the lock goes last: without it nobody could tell whose the rest is.
+/// At any moment what is left looks like what it is. The file with the lock goes last: without it
+/// nobody could tell whose the rest is.
 void remove_staging(const fs::path& directory) {
-    for (const auto* part : {kNew, kOld, kWriting, kRun}) {
+    for (const auto* part : {kOld, kNew, kWriting, kRun}) {
         fs::remove_all(directory / part);
     }
     fs::remove(directory);
@@ -188,7 +195,7 @@ void move(const fs::path& place, const fs::path& directory, bool replace,
             continue;
         }
         if (!replace || is_there(directory / kOld / *name)) {
-            throw Error(Fault::output, fmt::format("somebody else put {} there", *name));
+            fail_occupied(*name);
         }
         require_replaceable(place / *name);
         fs::rename(place / *name, directory / kOld / *name);
@@ -200,6 +207,26 @@ void move(const fs::path& place, const fs::path& directory, bool replace,
             moves.placed.push_back(name);
         }
     }
+}
+
+/// Throws Error (output) unless all that is new is in place, and something where the old was: a
+/// person may have moved things by hand.
+void require_nothing_lost(const Found& found) {
+    const auto each = [&](const char* part, const auto& check) {
+        if (is_there(found.directory / part)) {
+            for (const auto& entry : fs::directory_iterator(found.directory / part)) {
+                check(entry.path().filename());
+            }
+        }
+    };
+    each(kNew, [](const fs::path& name) {
+        throw Error(Fault::output, fmt::format("{} is none of them", name.string()));
+    });
+    each(kOld, [&](const fs::path& name) {
+        if (!is_there(found.place / name)) {
+            throw Error(Fault::output, fmt::format("{} is missing", name.string()));
+        }
+    });
 }
 
 /// Undoes it, the last first; ends where that is impossible too.
@@ -413,16 +440,13 @@ void finish_stopped_runs(const fs::path& place, const std::vector<std::string>& 
             continue;
         }
         try {
-            const auto ready = found.directory / kNew;
-            const bool left = is_there(ready) && !fs::is_empty(ready);
-            if (left) {
-                Staging::Moves moves;
+            Staging::Moves moves;
+            if (is_there(found.directory / kNew)) {
                 move(place, found.directory, found.replace, found.names, moves);
-            }
-            if (is_there(ready)) {
                 sync_directory(place);
             }
-            if (left) {
+            require_nothing_lost(found);
+            if (!moves.placed.empty()) {
                 say(
                     fmt::format("{}: a run was stopped while its results went into place; they are "
                                 "all there now",

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <set>
 #include <string_view>
+#include <system_error>
 
 #include "app/page.h"
 #include "app/terminal.h"
@@ -35,8 +36,9 @@ ordered_json images(const scan::Votes& votes, const std::filesystem::path& direc
     ordered_json result = ordered_json::object();
     for (const auto& material : materials) {
         const auto path = directory / (material + ".png");
+        std::error_code too_long;
         // A name is the name of a file in this directory or it has no image.
-        if (material.find('/') != std::string::npos || !std::filesystem::exists(path)) {
+        if (material.find('/') != std::string::npos || !std::filesystem::exists(path, too_long)) {
             continue;
         }
         const std::string image = scan::read_input(path.string());

@@ -4,8 +4,8 @@
 //     MERL_SCAN_FAULT=CALL:N:ERROR[:PART]     CALL may be "any"; "N+": that one and all after it
 //     MERL_SCAN_FAULT_LOG=FILE                gets a line for each call that was struck
 //
-// ERROR is a number of errno, or a signal: "kill" or "stop". Only calls that change something
-// count, and of these only those on a path that has PART in it.
+// ERROR is a number of errno; or a signal, "kill" or "stop"; or "none", which only logs. Only calls
+// that change something count, and of these only those on a path that has PART in it.
 
 #include <fcntl.h>
 #include <sys/file.h>
@@ -88,10 +88,9 @@ bool strikes(const char* call, const std::string& path) {
     }
     if (fault.signal != 0) {
         ::kill(::getpid(), fault.signal);
-        return false;
     }
     errno = fault.error;
-    return true;
+    return fault.error != 0;
 }
 
 int open_at(int directory, const char* path, int flags, mode_t mode) {

@@ -9,6 +9,7 @@ import random
 import re
 import shutil
 import signal
+import subprocess
 import tempfile
 
 import support
@@ -45,6 +46,13 @@ def contents(*directories):
     return found
 
 
+def struck(fault):
+    """The environment in which one of the program's calls is struck (fault.cpp)."""
+    # AddressSanitizer wants to be the first library, which does not matter for these calls.
+    options = os.environ.get("ASAN_OPTIONS", "") + ":verify_asan_link_order=0"
+    return {"LD_PRELOAD": LIBRARY, "MERL_SCAN_FAULT": fault, "ASAN_OPTIONS": options}
+
+
 class Faults(Case):
     """`out` holds the results of old.csv and a file of the user's; new.csv is scanned into it."""
 
@@ -69,8 +77,7 @@ class Faults(Case):
         """Scans, with one of the calls struck; the result, or nothing if there are not so many."""
         variables = {}
         if fault:
-            variables = {"LD_PRELOAD": LIBRARY, "MERL_SCAN_FAULT": f"{fault}:{self.work}/",
-                         "MERL_SCAN_FAULT_LOG": str(self.log)}
+            variables = {**struck(f"{fault}:{self.work}/"), "MERL_SCAN_FAULT_LOG": str(self.log)}
         result = self.run_program("scan", "--distances", table, "--out", "out", "--quiet",
                                   *["--force"] * force, **variables)
         return result if not fault or self.log.exists() else None
@@ -142,6 +149,45 @@ class Faults(Case):
                 self.assert_next_run_restores(old, result)
             number += 1
 
+    def test_on_the_disk_before_it_goes_into_place(self):
+        """What a power cut leaves is what was synced, in any order of the rest."""
+        self.start(True)
+        self.scan_new(fault="any:1+:none")
+        calls = [line.replace(f"{self.out}/", "").replace(str(self.out), "out")
+                 for line in self.log.read_text().splitlines()]
+        calls = [re.sub(r"\.merl-scan\.partial-\w+", "S", call) for call in calls]
+        whole = calls.index("rename S/writing S/new")
+        synced = calls[:whole]
+        for path in *(f"S/writing/{name}" for name in RESULTS), "S/run", "S/writing", "S", "out":
+            self.assertIn(f"fsync {path}", synced)
+            self.assertNotIn(f"write {path}", calls[synced.index(f"fsync {path}"):])
+        first = calls.index("rename summary.json S/old/summary.json")
+        self.assertIn("fsync S", calls[whole:first])
+        last = calls.index("rename S/new/summary.json summary.json")
+        removed = next(i for i, call in enumerate(calls) if call.startswith("unlink"))
+        self.assertIn("fsync out", calls[last:removed])
+        moved = [call for call in calls if call.startswith("rename")]
+        self.assertEqual((moved[1], moved[-1]), (calls[first], calls[last]))
+
+    def test_a_disk_of_any_size(self):
+        disk = support.mount(self, "1m")
+        sizes = 0
+        for kilobytes in range(24, 84, 4):
+            for path in disk.iterdir():
+                shutil.rmtree(path)
+            subprocess.run(["mount", "-o", "remount,size=1m", disk], check=True)
+            shutil.copytree(self.work / "old", disk / "out")
+            subprocess.run(["mount", "-o", f"remount,size={kilobytes}k", disk], check=True)
+            result = self.run_program("scan", "--distances", "new.csv", "--out", disk / "out",
+                                      "--force", "--quiet")
+            self.assertEqual(list(disk.rglob(".*")), [])
+            if result.returncode != SUCCESS:
+                sizes += 1
+                self.assertIn("No space left", self.only_line(result.stderr))
+            self.assertEqual(contents(disk / "out"),
+                             self.new if result.returncode == SUCCESS else self.old)
+        self.assertGreater(sizes, 2)
+
     def test_a_call_fails(self):
         for old in False, True:
             counts = {call: self.every_call(call, f":{errno.EIO}", old) for call in CALLS}
@@ -193,8 +239,8 @@ class Faults(Case):
         self.assertEqual(tree(self.work), before)
         # What does not write these files is not kept from its work.
         result = self.run_program(
-            "slices", "--out", "out/slices", "--quiet", LD_PRELOAD=LIBRARY,
-            MERL_SCAN_FAULT=f"rename:1+:{errno.EIO}:/summary.json")
+            "slices", "--out", "out/slices", "--quiet",
+            **struck(f"rename:1+:{errno.EIO}:/summary.json"))
         self.assertEqual(result.returncode, SUCCESS)
         self.assertIn("Input/output error", self.only_line(result.stderr))
 
@@ -208,10 +254,20 @@ class Faults(Case):
         self.assertIn(str(next(self.out.glob(".*"))), line)
         self.assertEqual(tree(self.out), before)
 
+    def test_what_a_person_moved_by_hand_is_not_lost(self):
+        """The new results are taken elsewhere and the old ones not put back yet."""
+        self.start(True)
+        self.scan_new(fault="rename:6:kill")
+        (hidden,) = self.out.glob(".*")
+        (hidden / "new").rename(self.work / "out2")
+        for make in lambda: None, (hidden / "new").mkdir:
+            make()
+            self.assert_refused(OUTPUT, [STOPPED, "is missing", str(hidden)], "scan", "--distances",
+                                "old.csv", "--out", "out", "--force")
+
     def stopped_at(self, fault, *arguments):
         """A run that stands still at a call, until `go_on`."""
-        running = support.Running(
-            self, *arguments, LD_PRELOAD=LIBRARY, MERL_SCAN_FAULT=f"{fault}:{self.work}/")
+        running = support.Running(self, *arguments, **struck(f"{fault}:{self.work}/"))
         self.addCleanup(running.__exit__)
         self.assertTrue(os.WIFSTOPPED(os.waitpid(running.process.pid, os.WUNTRACED)[1]))
         return running
@@ -285,6 +341,45 @@ class Faults(Case):
             fcntl.flock(descriptor, fcntl.LOCK_EX)
         self.assertEqual(self.scan_new().returncode, SUCCESS)
         self.assertEqual(self.in_place(), self.new)
+
+    def test_two_runs_for_files_in_one_directory(self):
+        """Different files both succeed, the same one does not."""
+        self.start(True)
+        before = tree(self.out)
+        command = ("render", "--material", "chrome", "--size", "16", "--quiet", "--out")
+        running = self.stopped_at("rename:1:stop", *command, "out/a.exr")
+        for file in "out/a.exr", "out/A.png", "out/a.png":
+            second = self.run_program(*command, file)
+            self.assertEqual(second.returncode, SUCCESS if file == "out/A.png" else OUTPUT)
+            if second.returncode == OUTPUT:
+                self.assertIn("another run", self.only_line(second.stderr))
+        self.assertEqual(self.go_on(running), (SUCCESS, ""))
+        names = {"a.exr", "a.png", "A.exr", "A.png"}
+        self.assertEqual({str(name) for name in set(tree(self.out)) - set(before)}, names)
+
+    def test_a_file_that_appears_meanwhile(self):
+        command = ("render", "--material", "chrome", "--size", "16", "--quiet", "--out")
+        running = self.stopped_at("rename:2:stop", *command, "a.exr")
+        (self.work / "a.png").write_text("mine")
+        status, errors = self.go_on(running)
+        self.assertEqual(status, OUTPUT)
+        self.assertIn("a.png", self.only_line(errors))
+        self.assertEqual((self.work / "a.png").read_text(), "mine")
+        (hidden,) = self.work.glob(".*")
+        self.assertIn(str(hidden), errors)
+        self.assertEqual({p.name for p in (hidden / "new").iterdir()}, {"a.exr", "a.png"})
+
+    def test_two_runs_that_write_the_database(self):
+        running = self.stopped_at("write:2:stop", "database", "write", "abc")
+        for options in [], ["--force"]:
+            second = self.run_program("database", "write", "abc", *options)
+            self.assertEqual(second.returncode, OUTPUT)
+            self.assertIn("another run", self.only_line(second.stderr))
+        running.process.send_signal(signal.SIGINT)
+        status, errors = self.go_on(running)
+        self.assertEqual(status, support.INTERRUPTED + signal.SIGINT)
+        self.assertIn("nothing was written", errors)
+        self.assertFalse((self.work / "abc").exists() or list(self.work.glob(".*")))
 
     def test_a_signal_while_results_go_into_place(self):
         for number in range(1, 10):
