@@ -111,12 +111,12 @@ struct Found {
             return std::ranges::find(others, name) != others.end();
         });
     }
-
-    /// What a message calls its results.
-    std::string called() const {
-        return names.size() == 1 ? (place / names.front()).string() : place.string();
-    }
 };
+
+/// What a message calls these results.
+std::string called(const fs::path& place, const std::vector<std::string>& names) {
+    return (names.size() == 1 ? place / names.front() : place).string();
+}
 
 std::string entries_text(bool replace, const std::vector<std::string>& names) {
     std::string text = replace ? "replace" : "keep";
@@ -127,9 +127,10 @@ std::string entries_text(bool replace, const std::vector<std::string>& names) {
 }
 
 void read_entries(Found& found) {
+    constexpr std::size_t kMost = 1U << 24U;  // anybody may have made this file
     std::string text;
     std::array<char, 4096> buffer = {};
-    for (;;) {
+    while (text.size() < kMost) {
         const auto count =
             ::pread(found.run.get(), buffer.data(), buffer.size(), static_cast<off_t>(text.size()));
         if (count <= 0) {
@@ -137,13 +138,13 @@ void read_entries(Found& found) {
         }
         text.append(buffer.data(), static_cast<std::size_t>(count));
     }
-    for (std::size_t at = 0, end = 0; (end = text.find('\0', at)) != std::string::npos;
-         at = end + 1) {
-        found.names.push_back(text.substr(at, end - at));
-    }
-    if (!found.names.empty()) {
-        found.replace = found.names.front() == "replace";
-        found.names.erase(found.names.begin());
+    found.replace = text.starts_with("replace");
+    auto at = std::min(text.find('\0'), text.size() - 1) + 1;
+    for (std::size_t end = 0; (end = text.find('\0', at)) != std::string::npos; at = end + 1) {
+        const auto name = text.substr(at, end - at);
+        if (name.find('/') == std::string::npos && name != "..") {  // it may come from an archive
+            found.names.push_back(name);
+        }
     }
 }
 
@@ -177,12 +178,14 @@ std::vector<Found> staging_directories(const fs::path& place, const fs::path& ow
     return all;
 }
 
-/// At any moment what is left looks like what it is. The file with the lock goes last: without it
-/// nobody could tell whose the rest is.
-void remove_staging(const fs::path& directory) {
-    for (const auto* part : {kOld, kNew, kWriting, kRun}) {
+/// At any moment what is left looks like what it is. The file with the lock, `run`, goes last:
+/// without it nobody could tell whose the rest is. It is closed before, for NFS keeps open files.
+void remove_staging(const fs::path& directory, Descriptor& run) {
+    for (const auto* part : {kOld, kNew, kWriting}) {
         fs::remove_all(directory / part);
     }
+    run = Descriptor();
+    fs::remove(directory / kRun);
     fs::remove(directory);
 }
 
@@ -229,21 +232,14 @@ void require_nothing_lost(const Found& found) {
     });
 }
 
-/// Undoes it, the last first; ends where that is impossible too.
+/// Undoes it, the last first. Throws where that is impossible too.
 void move_back(const fs::path& place, const fs::path& directory, Staging::Moves& moves) {
-    std::error_code code;
-    const auto back = [&](std::vector<std::string>& names, const char* part, bool out) {
-        while (!code && !names.empty()) {
-            const auto here = place / names.back();
-            const auto there = directory / part / names.back();
-            fs::rename(out ? there : here, out ? here : there, code);
-            if (!code) {
-                names.pop_back();
-            }
-        }
-    };
-    back(moves.placed, kNew, false);
-    back(moves.aside, kOld, true);
+    for (; !moves.placed.empty(); moves.placed.pop_back()) {
+        move_new(place / moves.placed.back(), directory / kNew / moves.placed.back());
+    }
+    for (; !moves.aside.empty(); moves.aside.pop_back()) {
+        move_new(directory / kOld / moves.aside.back(), place / moves.aside.back());
+    }
 }
 
 }  // namespace
@@ -252,7 +248,7 @@ Descriptor::Descriptor(Descriptor&& other) noexcept
     : descriptor_(std::exchange(other.descriptor_, -1)) {}
 
 Descriptor& Descriptor::operator=(Descriptor&& other) noexcept {
-    std::swap(descriptor_, other.descriptor_);
+    const Descriptor old(std::exchange(descriptor_, std::exchange(other.descriptor_, -1)));
     return *this;
 }
 
@@ -291,25 +287,26 @@ Staging::Staging(const fs::path& place, bool replace, std::vector<std::string> n
                 continue;
             }
             if (other.lock == Lock::held_by_another) {
-                fail(other.called(),
+                fail(called(place, other.names),
                      "another run is writing this; wait for it, or choose another --out");
             }
             if (other.lock == Lock::unknown) {
-                fail(other.called(),
+                fail(called(place, other.names),
                      fmt::format("another run is writing this, or was stopped: this file system "
                                  "cannot tell; when none is at work, look into {} and move it away",
                                  other.directory.string()));
             }
             if (is_there(other.directory / kNew)) {
-                fail(other.called(),
+                fail(called(place, other.names),
                      fmt::format("a run that was stopped left its results in {}; {}",
                                  other.directory.string(),
                                  other.ours ? "try again" : "it belongs to another user"));
             }
         }
     } catch (...) {
-        std::error_code ignored;
-        fs::remove_all(directory_, ignored);
+        if (!directory_.empty()) {
+            discard();
+        }
         throw;
     }
 }
@@ -345,12 +342,16 @@ void Staging::make(const fs::path& place) {
 
 Staging::~Staging() {
     if (!whole_) {
-        try {
-            remove_staging(directory_);
-        } catch (const std::exception& error) {
-            say(fmt::format("{} cannot be removed: {}; it holds nothing whole", directory_.string(),
-                            reason(error)));
-        }
+        discard();
+    }
+}
+
+void Staging::discard() {
+    try {
+        remove_staging(directory_, run_);
+    } catch (const std::exception& error) {
+        say(fmt::format("{} cannot be removed: {}; it holds nothing whole", directory_.string(),
+                        reason(error)));
     }
 }
 
@@ -359,10 +360,7 @@ fs::path Staging::path(const std::string& name) const {
 }
 
 void Staging::put_into_place() {
-    Found self;
-    self.place = place_;
-    self.names = names_;
-    const auto what = self.called();
+    const auto what = called(place_, names_);
     try {
         for (const auto& name : names_) {
             if (fs::is_directory(path(name))) {
@@ -383,7 +381,10 @@ void Staging::put_into_place() {
         sync_directory(directory_);
         move(place_, directory_, replace_, names_, moves);
     } catch (const std::exception& error) {
-        move_back(place_, directory_, moves);
+        try {
+            move_back(place_, directory_, moves);
+        } catch (const std::exception&) {  // then the message says where everything is
+        }
         fail(what, fmt::format("cannot be put into place: {}; {}", reason(error), where(moves)));
     }
     try {
@@ -393,7 +394,7 @@ void Staging::put_into_place() {
                                reason(error), (directory_ / kOld).string()));
     }
     try {
-        remove_staging(directory_);
+        remove_staging(directory_, run_);
     } catch (const std::exception& error) {
         say(fmt::format("{} cannot be removed: {}; all that is in it was replaced",
                         directory_.string(), reason(error)));
@@ -424,7 +425,7 @@ std::string Staging::where(const Moves& moves) const {
 }
 
 void finish_stopped_runs(const fs::path& place, const std::vector<std::string>& names) {
-    for (const auto& found : staging_directories(place)) {
+    for (auto& found : staging_directories(place)) {
         if (found.run.get() < 0) {
             // Empty: a run is just making or removing it, or was stopped then.
             if (::rmdir(found.directory.c_str()) != 0 && errno == ENOTEMPTY &&
@@ -450,14 +451,14 @@ void finish_stopped_runs(const fs::path& place, const std::vector<std::string>& 
                 say(
                     fmt::format("{}: a run was stopped while its results went into place; they are "
                                 "all there now",
-                                found.called()));
+                                called(place, found.names)));
             }
-            remove_staging(found.directory);
+            remove_staging(found.directory, found.run);
         } catch (const std::exception& error) {
             const auto what = fmt::format(
                 "{}: a run was stopped while its results went into place, and they still cannot "
                 "go there: {}; look into {}: the new ones are in {}, what they replace in {}",
-                found.called(), reason(error), found.directory.string(), kNew, kOld);
+                called(place, found.names), reason(error), found.directory.string(), kNew, kOld);
             if (found.concerns(names)) {
                 throw Error(Fault::output, what);
             }

@@ -65,6 +65,7 @@ class Staging {
 
   private:
     void make(const std::filesystem::path& place);
+    void discard();
     std::string where(const Moves& moves) const;
 
     std::filesystem::path place_;

@@ -175,6 +175,20 @@ class Directory(Case):
             if data == b"mine":
                 self.assertEqual(before[path], data)
 
+    def test_a_leftover_from_an_archive_does_not_lead_elsewhere(self):
+        results = self.scan("--database", "db")
+        leftover = results / ".merl-scan.partial-bad"
+        for name in "new", "old":
+            (leftover / name).mkdir(parents=True)
+        (leftover / "evil").write_text("evil")
+        (self.work / "mine").write_text("mine")
+        for name in "../mine", str(self.work / "mine"), "..", "":
+            (leftover / "run").write_bytes(b"replace\0" + name.encode() + b"\0")
+            (leftover / "mine").write_text("evil")  # new/../mine
+            self.run_program("scan", "--database", "db", "--out", "out")
+            self.assertEqual((self.work / "mine").read_text(), "mine")
+            self.assertEqual(sorted(p.name for p in results.glob("[!.]*")), support.RESULTS)
+
     def test_leftovers_of_somebody_else(self):
         if os.geteuid() != 0:
             self.skipTest("only root can make files of another user")
