@@ -428,16 +428,19 @@ void finish_stopped_runs(const fs::path& place, const std::vector<std::string>& 
     for (auto& found : staging_directories(place)) {
         if (found.run.get() < 0) {
             // Empty: a run is just making or removing it, or was stopped then.
-            if (::rmdir(found.directory.c_str()) != 0 && errno == ENOTEMPTY &&
-                ::access((found.directory / kRun).c_str(), F_OK) != 0) {
+            if (::rmdir(found.directory.c_str()) == 0 || errno != ENOTEMPTY ||
+                ::access((found.directory / kRun).c_str(), F_OK) == 0) {
+                continue;
+            }
+            // A run that ended in haste may have removed only half of it.
+            if (!found.ours || ::access((found.directory / kWriting).c_str(), F_OK) != 0) {
                 say(
                     fmt::format("{} is of another user or version and may hold results; look into "
                                 "it and move it away",
                                 found.directory.string()));
+                continue;
             }
-            continue;
-        }
-        if (!found.ours || found.lock != Lock::had) {
+        } else if (!found.ours || found.lock != Lock::had) {
             continue;
         }
         try {

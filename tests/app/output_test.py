@@ -159,6 +159,8 @@ class Directory(Case):
             (results / f".merl-scan.partial-{name}").mkdir()
             (results / f".merl-scan.partial-{name}" / "run").touch()
         os.mkfifo(results / ".merl-scan.partial-fifo")
+        (results / ".merl-scan.partial-half" / "writing").mkdir(parents=True)
+        (results / ".merl-scan.partial-half" / "writing" / "pairs.csv").write_text("half")
         for name in "new", "old":
             (results / f".merl-scan.partial-{name}" / name).mkdir()
             (results / f".merl-scan.partial-{name}" / name / "notes.txt").write_text("mine")
@@ -170,7 +172,8 @@ class Directory(Case):
             self.assertIn(f"out/.merl-scan.partial-{name}", line)
         self.assertEqual(result.stderr.count("\n"), 3)
         gone = {str(path.name) for path in set(before) - set(tree(self.work))}
-        self.assertEqual(gone, {".merl-scan.partial-empty", ".merl-scan.partial-run", "run"})
+        self.assertEqual(gone, {".merl-scan.partial-empty", ".merl-scan.partial-half",
+                                ".merl-scan.partial-run", "pairs.csv", "run", "writing"})
         for path, data in tree(self.work).items():
             if data == b"mine":
                 self.assertEqual(before[path], data)
