@@ -109,10 +109,9 @@ void print_comparisons(const scan::DistanceTable& table,
         first_width = std::max(first_width, width_of(table.metrics[c.first].metric));
         second_width = std::max(second_width, width_of(table.metrics[c.second].metric));
     }
-    const auto print = [](const std::string& text) { print_line(text, kResultsAreThere); };
-    print("");
-    print(padded("", first_width + 2 + second_width) +
-          "  disagree   tau-b  undecided  strongest disagreement and its agreement");
+    print_line("");
+    print_line(padded("", first_width + 2 + second_width) +
+               "  disagree   tau-b  undecided  strongest disagreement and its agreement");
     for (const auto& c : comparisons) {
         std::string strongest = "none";
         if (!c.strongest.empty()) {
@@ -120,14 +119,14 @@ void print_comparisons(const scan::DistanceTable& table,
             strongest = fmt::format("{} against {}, {:.3g}", pair_text(table.names, s.left),
                                     pair_text(table.names, s.right), s.agreement);
         }
-        print(fmt::format(
+        print_line(fmt::format(
             "{}  {}  {:>6.2f} %  {:>6}  {:>9}  {}",
             padded(table.metrics[c.first].metric, first_width),
             padded(table.metrics[c.second].metric, second_width),
             100 * c.counts.disagreement_rate(), c.tau_b ? fmt::format("{:.3f}", *c.tau_b) : "-",
             c.undecided ? fmt::format("{}", fmt::group_digits(*c.undecided)) : "-", strongest));
     }
-    print("");
+    print_line("");
 }
 
 void print_summary(const Options& options, const ObtainedDistances& obtained,
@@ -155,7 +154,8 @@ void print_summary(const Options& options, const ObtainedDistances& obtained,
 int run(const Options& options) {
     const auto threads = limit_threads(options.distances.threads);
     OutputDirectory out(options.out, options.force,
-                        {"distances.csv", "compare.csv", "compare.html", "summary.json"});
+                        {"distances.csv", "compare.csv", "compare.html", "summary.json"},
+                        {options.distances.distances});
     const auto obtained = obtain_distances(options.distances, kMetrics, options.quiet);
     Seconds seconds = {obtained.device_seconds, obtained.distance_seconds, 0, 0};
     Stopwatch watch;

@@ -23,6 +23,7 @@
 #include "engine/reflectance/material_check.h"
 #include "engine/reflectance/merl_directory.h"
 #include "engine/reflectance/merl_file.h"
+#include "scan/csv.h"
 
 namespace merl::app {
 namespace {
@@ -253,19 +254,16 @@ int write(const Options& options) {
     {
         Progress progress("writing", options.quiet);
         for (std::size_t m = 0; m < materials.size(); ++m) {
-            try {
-                reflectance::write_merl_file(out.path(files[m]), *database, m);
-            } catch (const Error& error) {
-                throw Error(error.fault(), out.with_target(error.what()));
-            }
+            out.write(files[m], [&](int file) {
+                scan::write_all(file, reflectance::merl_file(*database, m));
+            });
             progress.update(static_cast<double>(m + 1) / static_cast<double>(materials.size()));
         }
     }
     out.commit();
     if (!options.quiet) {
         print_line(fmt::format("{} materials of {} in {}", materials.size(), database->name(),
-                               options.out),
-                   kResultsAreThere);
+                               options.out));
     }
     return kSuccess;
 }

@@ -243,7 +243,8 @@ void print_summary(const Options& options, const reflectance::Database& database
 }
 
 int run(const Options& options) {
-    OutputDirectory out(options.out, options.force, {"index.html", "kit.json"});
+    OutputDirectory out(options.out, options.force, {"index.html", "kit.json"},
+                        {options.selection, options.pairs});
     Stopwatch watch;
     const std::string text = scan::read_input(options.selection, scan::max_trials_bytes);
     const auto selection = scan::parse_selection(text, options.selection);

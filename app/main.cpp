@@ -14,6 +14,7 @@
 #include "app/commands.h"
 #include "app/exit_status.h"
 #include "app/interrupt.h"
+#include "app/output_directory.h"
 #include "app/terminal.h"
 #include "app/version.h"
 #include "engine/error.h"
@@ -43,10 +44,11 @@ int status_of(merl::Fault fault) {
 int complain(const char* kind, std::string_view message, int status) noexcept {
     constexpr std::size_t kPart = 1000;  // bytes of the beginning and of the end
     const bool is_long = message.size() > 3 * kPart;
-    std::fprintf(stderr, "merl-scan: %s%s%s%s\n", kind,
+    std::fprintf(stderr, "merl-scan: %s%s%s%s%s\n", kind,
                  printable(is_long ? message.substr(0, kPart) : message).c_str(),
                  is_long ? " ... " : "",
-                 is_long ? printable(message.substr(message.size() - kPart)).c_str() : "");
+                 is_long ? printable(message.substr(message.size() - kPart)).c_str() : "",
+                 results_are_in_place() ? "; the results are complete and in place" : "");
     return status;
 }
 
@@ -136,7 +138,9 @@ int main(int argc, char** argv) {
     } catch (const merl::scan::InputError& error) {
         return complain("", error.what(), kInput);
     } catch (const Interrupted& interrupt) {
-        return complain("", "interrupted; nothing was written", kInterrupted + interrupt.signal());
+        return complain("",
+                        results_are_in_place() ? "interrupted" : "interrupted; nothing was written",
+                        kInterrupted + interrupt.signal());
     } catch (const std::bad_alloc&) {
         return complain("",
                         "out of memory; work on less at a time (--memory, --threads, "

@@ -4,86 +4,160 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <stdexcept>
 #include <system_error>
+#include <utility>
 
 #include "engine/error.h"
 
 namespace merl::app {
 namespace {
 
-[[noreturn]] void fail(const std::filesystem::path& path, const std::string& what) {
+namespace fs = std::filesystem;
+
+bool in_place = false;
+
+[[noreturn]] void fail(const fs::path& path, const std::string& what) {
     throw Error(Fault::output, fmt::format("{}: {}", path.string(), what));
 }
 
-bool is_there(const std::filesystem::path& path) {
-    return std::filesystem::exists(std::filesystem::symlink_status(path));
+/// The same path from anywhere, without what may follow a name: "results/" means "results". Dots
+/// within it stay: before them may be a symbolic link.
+fs::path plain(const fs::path& target) {
+    std::error_code code;
+    auto path = fs::absolute(target, code);
+    if (code) {
+        fail(target, fmt::format("cannot be made: the working directory: {}", code.message()));
+    }
+    while (path.has_relative_path() && (path.filename().empty() || path.filename() == ".")) {
+        path = path.parent_path();
+    }
+    return path;
 }
 
-/// Only files can be replaced: a directory may hold anything.
-void require_no_directory(const std::filesystem::path& path) {
+/// Whether it is there. What cannot even be looked at will not be made either, which then says why.
+bool seems_there(const fs::path& path) {
     std::error_code code;
-    if (std::filesystem::is_directory(std::filesystem::symlink_status(path, code))) {
-        fail(path, "is a directory where a result has to go; move it away");
+    return fs::exists(fs::symlink_status(path, code));
+}
+
+/// A name that is too long is found before hours of work.
+void require_possible(const fs::path& file) {
+    std::error_code code;
+    if (fs::symlink_status(file, code).type() == fs::file_type::none) {
+        fail(file, fmt::format("cannot be created: {}", code.message()));
+    }
+}
+
+constexpr const char* kSummary = "summary.json";
+
+/// Every set of results has a summary of its own, of the same name.
+void require_own_summary(const fs::path& directory, const std::vector<std::string>& names) {
+    const auto there = [&](const std::string& name) { return seems_there(directory / name); };
+    if (names.back() == kSummary && there(kSummary) &&
+        std::none_of(names.begin(), names.end() - 1, there)) {
+        fail(directory / kSummary,
+             fmt::format("belongs to other results, for there is no {}; choose another --out",
+                         names.front()));
+    }
+}
+
+void require_no_input(const fs::path& file, const std::vector<fs::path>& inputs) {
+    for (const auto& input : inputs) {
+        std::error_code none;
+        if (fs::equivalent(file, input, none)) {
+            fail(file, "is read and would be replaced; choose another --out");
+        }
     }
 }
 
 }  // namespace
 
-OutputDirectory::OutputDirectory(const std::filesystem::path& target, bool force,
-                                 std::vector<std::string> owned)
-    : owned_(std::move(owned)) {
-    std::error_code code;
-    target_ = std::filesystem::absolute(target, code).lexically_normal();
-    if (code) {
-        fail(target, fmt::format("cannot be made: the working directory: {}", code.message()));
-    }
-    if (!target_.has_filename()) {
-        target_ = target_.parent_path();  // "results/" means "results"
-    }
-    const auto status = std::filesystem::symlink_status(target_, code);
-    if (std::filesystem::exists(status)) {
-        if (!std::filesystem::is_directory(target_, code)) {
-            fail(target_, "exists and is not a directory; choose another --out");
-        }
-        if (!force) {
-            fail(target_,
-                 "exists already; choose another --out, or --force to replace its results");
-        }
-        for (const auto& name : owned_) {
-            require_no_directory(target_ / name);
-        }
-        replace_ = true;
-    }
-    std::string hidden = replace_
-                             ? fmt::format("{}/.merl-scan.partial-XXXXXX", target_.string())
-                             : fmt::format("{}/.{}.partial-XXXXXX", target_.parent_path().string(),
-                                           target_.filename().string());
-    if (::mkdtemp(hidden.data()) == nullptr) {
-        fail(target_, fmt::format("cannot be {}: {}", replace_ ? "written to" : "made",
-                                  std::strerror(errno)));
-    }
-    partial_ = hidden;
-    std::filesystem::permissions(partial_, std::filesystem::perms(0755), code);
+OutputDirectory::OutputDirectory(const fs::path& target, bool force, std::vector<std::string> names,
+                                 const std::vector<fs::path>& inputs)
+    : OutputDirectory(target, force ? Existing::replace : Existing::refuse, std::move(names),
+                      inputs) {}
+
+OutputDirectory OutputDirectory::for_files(const fs::path& directory, bool force,
+                                           std::vector<std::string> names) {
+    return {directory, force ? Existing::replace : Existing::add, std::move(names), {}};
 }
 
-OutputDirectory::~OutputDirectory() {
-    std::error_code ignored;
-    if (!partial_.empty()) {
-        std::filesystem::remove_all(partial_, ignored);
+OutputDirectory::OutputDirectory(const fs::path& target, Existing existing,
+                                 std::vector<std::string> names,
+                                 const std::vector<fs::path>& inputs)
+    : target_(plain(target)), missing_(std::move(names)) {
+    const auto parent = target_.parent_path();
+    const auto name_of_target = target_.filename().string();
+    finish_stopped_runs(parent, {name_of_target});
+    bool make = !seems_there(target_);
+    try {
+        if (make) {
+            staging_ = std::make_unique<Staging>(parent, false, std::vector{name_of_target});
+            make = !seems_there(target_);  // another run may just have ended
+        }
+        if (make) {
+            directory_ = name_of_target;
+            fs::create_directory(staging_->path(directory_));
+            for (const auto& name : missing_) {
+                require_possible(path(name));
+            }
+        } else {
+            staging_.reset();
+            stage_in_existing(existing, inputs);
+        }
+    } catch (const std::system_error& error) {
+        fail(target_,
+             fmt::format("cannot be {}: {}", make ? "made" : "written to", error.code().message()));
     }
+}
+
+void OutputDirectory::stage_in_existing(Existing existing, const std::vector<fs::path>& inputs) {
+    std::error_code none;
+    if (!fs::is_directory(target_, none)) {
+        fail(target_, "exists and is not a directory; choose another --out");
+    }
+    finish_stopped_runs(target_, missing_);
+    if (existing == Existing::refuse) {
+        fail(target_, "exists already; choose another --out, or --force to replace its results");
+    }
+    require_own_summary(target_, missing_);
+    for (const auto& name : missing_) {
+        require_possible(target_ / name);
+        require_no_input(target_ / name, inputs);
+        require_replaceable(target_ / name);
+    }
+    staging_ = std::make_unique<Staging>(target_, existing == Existing::replace, missing_);
+    for (const auto& name : missing_) {
+        if (existing == Existing::add && is_there(target_ / name)) {
+            fail(target_ / name, "exists; --force replaces it");
+        }
+    }
+}
+
+fs::path OutputDirectory::path(const std::string& name) const {
+    return staging_->path(directory_.empty() ? name : directory_ + "/" + name);
 }
 
 void OutputDirectory::write(const std::string& name,
-                            const std::function<void(int descriptor)>& write) const {
+                            const std::function<void(int descriptor)>& write) {
+    if (std::erase(missing_, name) != 1) {
+        throw std::logic_error(fmt::format("{} is written and was not declared once", name));
+    }
     const auto file = path(name);
-    const int descriptor = ::open(file.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0644);
+    int descriptor = ::open(file.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
     if (descriptor < 0) {
         fail(target_ / name, fmt::format("cannot be created: {}", std::strerror(errno)));
     }
     try {
         write(descriptor);
+        sync_file(descriptor);
+        if (::close(std::exchange(descriptor, -1)) != 0) {
+            throw std::system_error(errno, std::generic_category());
+        }
     } catch (const std::system_error& error) {
         ::close(descriptor);
         fail(target_ / name, fmt::format("cannot be written: {}", error.code().message()));
@@ -91,67 +165,18 @@ void OutputDirectory::write(const std::string& name,
         ::close(descriptor);
         throw;
     }
-    if (::close(descriptor) != 0) {
-        fail(target_ / name, fmt::format("cannot be written: {}", std::strerror(errno)));
-    }
-}
-
-std::string OutputDirectory::with_target(std::string message) const {
-    const std::string hidden = partial_.string();
-    for (auto at = message.find(hidden); at != std::string::npos; at = message.find(hidden)) {
-        message.replace(at, hidden.size(), target_.string());
-    }
-    return message;
 }
 
 void OutputDirectory::commit() {
-    try {
-        if (replace_) {
-            replace();
-        } else {
-            std::filesystem::rename(partial_, target_);
-        }
-    } catch (const std::filesystem::filesystem_error& error) {
-        fail(target_, fmt::format("cannot be put into place: {}", error.code().message()));
+    if (!missing_.empty()) {
+        throw std::logic_error(fmt::format("{} was declared and is not written", missing_.front()));
     }
-    partial_.clear();
+    staging_->put_into_place();
+    in_place = true;
 }
 
-/// Moves the old files into the hidden directory, then the new ones out of it. Without its last
-/// file a set of results is not complete, so that one goes first and comes last.
-void OutputDirectory::replace() const {
-    for (const auto& name : owned_) {
-        require_no_directory(target_ / name);
-    }
-    const auto old = partial_ / ".old";
-    std::vector<std::string> moved;
-    std::vector<std::string> placed;
-    try {
-        std::filesystem::create_directory(old);
-        for (auto name = owned_.rbegin(); name != owned_.rend(); ++name) {
-            if (is_there(target_ / *name)) {
-                std::filesystem::rename(target_ / *name, old / *name);
-                moved.push_back(*name);
-            }
-        }
-        for (const auto& name : owned_) {
-            if (is_there(partial_ / name)) {
-                std::filesystem::rename(partial_ / name, target_ / name);
-                placed.push_back(name);
-            }
-        }
-    } catch (...) {
-        std::error_code ignored;
-        for (const auto& name : placed) {
-            std::filesystem::remove(target_ / name, ignored);
-        }
-        for (auto name = moved.rbegin(); name != moved.rend(); ++name) {
-            std::filesystem::rename(old / *name, target_ / *name, ignored);
-        }
-        throw;
-    }
-    std::error_code ignored;
-    std::filesystem::remove_all(partial_, ignored);
+bool results_are_in_place() {
+    return in_place;
 }
 
 }  // namespace merl::app

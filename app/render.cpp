@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <filesystem>
 #include <memory>
@@ -44,17 +45,26 @@ struct Options {
     bool quiet = false;
 };
 
-/// Where images go: a directory with the files of every material, or for `--out FILE.exr` the
-/// directory of that file.
+/// Where images go: a directory with the files of every material, or for `--out FILE.exr` or
+/// `--out FILE.png` the directory of that file.
 struct Target {
     std::filesystem::path directory;
-    std::string stem;  // of the only material; empty: each is called as it is
+    std::string stem = {};  // of the only material; empty: each is called as it is
+    std::string exr = ".exr";
+    std::string png = ".png";  // the one that was asked for as it was written
+    std::string beside = {};   // what the other one is
 };
 
 Target target_of(const Options& options, std::size_t materials) {
     const std::filesystem::path out = options.out;
-    if (out.extension() != ".exr") {
-        return {out, ""};
+    const std::string extension = out.extension().string();
+    std::string lower = extension;
+    std::ranges::transform(lower, lower.begin(),
+                           [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    const bool exr = lower == ".exr";
+    const bool png = lower == ".png";
+    if (!exr && !png) {
+        return {.directory = out};
     }
     if (materials != 1) {
         throw Error(Fault::usage,
@@ -62,7 +72,11 @@ Target target_of(const Options& options, std::size_t materials) {
                                 "or one with --material",
                                 options.out, materials));
     }
-    return {out.has_parent_path() ? out.parent_path() : ".", out.stem().string()};
+    return {.directory = out.has_parent_path() ? out.parent_path() : ".",
+            .stem = out.stem().string(),
+            .exr = exr ? extension : ".exr",
+            .png = png ? extension : ".png",
+            .beside = exr ? "PNG" : "OpenEXR"};
 }
 
 /// Names without extension: of each material, of each light.
@@ -92,8 +106,8 @@ class Names {
     std::vector<std::string> files() const {
         std::vector<std::string> files;
         for (const auto& name : in_order()) {
-            files.push_back(name + ".exr");
-            files.push_back(name + ".png");
+            files.push_back(name + target_.exr);
+            files.push_back(name + target_.png);
         }
         if (target_.stem.empty()) {
             files.emplace_back(kSheet);
@@ -229,16 +243,9 @@ int run(const Options& options) {
     const Target target = target_of(options, materials.size());
     const Names names(*database, materials, target, lights);
     const auto files = names.files();
-    if (!target.stem.empty() && !options.force) {
-        for (const auto& file : files) {
-            if (std::filesystem::exists(target.directory / file)) {
-                throw Error(Fault::output, fmt::format("{} exists; --force replaces it",
-                                                       (target.directory / file).string()));
-            }
-        }
-    }
-    // Other files of the directory that a named file goes into are not touched.
-    OutputDirectory out(target.directory, options.force || !target.stem.empty(), files);
+    auto out = target.stem.empty()
+                   ? OutputDirectory(target.directory, options.force, files)
+                   : OutputDirectory::for_files(target.directory, options.force, files);
     ContactSheet sheet(materials.size() * lights, options.image.size);
     const auto write = [&](const std::string& file, const std::string& bytes) {
         out.write(file, [&](int descriptor) { scan::write_all(descriptor, bytes); });
@@ -258,8 +265,8 @@ int run(const Options& options) {
                                         database->materials()[material], database->name(),
                                         database->kind(), options.image.lights[sphere.light])),
                     sphere.content_hash);
-                write(name + ".exr", exr_file(linear, comment));
-                write(name + ".png", png_file(displayed(linear, options.image), comment));
+                write(name + target.exr, exr_file(linear, comment));
+                write(name + target.png, png_file(displayed(linear, options.image), comment));
                 sheet.put(sphere.light * materials.size() + sphere.material, linear);
             },
             [&](double share) { progress.update(share); });
@@ -274,13 +281,12 @@ int run(const Options& options) {
     out.commit();
     if (!options.quiet) {
         print_line(fmt::format("{} of {}, {}", counted(materials.size() * lights, "sphere"),
-                               database->name(), database->kind()),
-                   kResultsAreThere);
-        print_line(fmt::format("{:.2f} seconds on {}; {}", watch.lap(), device,
-                               target.stem.empty()
-                                   ? fmt::format("{}: open {} in a browser", options.out, kPage)
-                                   : options.out + " and the PNG beside it"),
-                   kResultsAreThere);
+                               database->name(), database->kind()));
+        print_line(
+            fmt::format("{:.2f} seconds on {}; {}", watch.lap(), device,
+                        target.stem.empty()
+                            ? fmt::format("{}: open {} in a browser", options.out, kPage)
+                            : fmt::format("{} and the {} beside it", options.out, target.beside)));
     }
     return kSuccess;
 }
@@ -293,7 +299,8 @@ void add_render(CLI::App& program, Command& chosen) {
         "render", "Spheres of materials as people see them: OpenEXR, PNG and a contact sheet");
     command
         ->add_option("--out", options->out,
-                     "The directory to make, or for one material a file that ends in .exr")
+                     "The directory to make, or for one material a file that ends in .exr or .png: "
+                     "both are written")
         ->transform(not_empty())
         ->capture_default_str();
     command

@@ -171,7 +171,7 @@ void print_summary(const Options& options, const Outcome& o) {
 }
 
 /// Writes the tables; summary.json, the last, is what says that they are complete.
-void write_results(const OutputDirectory& out, const Outcome& o, bool quiet) {
+void write_results(OutputDirectory& out, const Outcome& o, bool quiet) {
     Progress progress("writing", quiet);
     out.write("pairs.csv", [&](int file) { scan::write_pairs(file, o.distances); });
     throw_if_interrupted();
@@ -187,7 +187,8 @@ void write_results(const OutputDirectory& out, const Outcome& o, bool quiet) {
 int run(const Options& options) {
     const auto threads = limit_threads(options.distances.threads);
     OutputDirectory out(options.out, options.force,
-                        {"pairs.csv", "disagreements.csv", "selection.csv", "summary.json"});
+                        {"pairs.csv", "disagreements.csv", "selection.csv", "summary.json"},
+                        {options.distances.distances});
 
     Outcome o;
     o.obtained = obtain_distances(options.distances, kMetrics, options.quiet);

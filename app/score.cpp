@@ -147,10 +147,6 @@ std::string judgements_text(const Outcome& o) {
             : fmt::format(", {} of them equal", fmt::group_digits(o.score.equal_votes)));
 }
 
-void print(const std::string& text) {
-    print_line(text, kResultsAreThere);
-}
-
 void print_unknown(const scan::Judgements& judgements) {
     constexpr std::size_t named = 5;
     std::string names;
@@ -172,14 +168,14 @@ void print_metrics(const scan::Score& score) {
     for (const auto& metric : score.metrics) {
         width = std::max(width, printable(metric.name).size());
     }
-    print("");
-    print(fmt::format("{:<{}}  {:<22}  {:<22}  {:<22}  {}", "metric", width, "majorities", "votes",
-                      "slope", "log-likelihood per vote"));
+    print_line("");
+    print_line(fmt::format("{:<{}}  {:<22}  {:<22}  {:<22}  {}", "metric", width, "majorities",
+                           "votes", "slope", "log-likelihood per vote"));
     for (const std::size_t m : best_first(score)) {
         const auto& metric = score.metrics[m];
-        print(fmt::format("{:<{}}  {:<22}  {:<22}  {:<22}  {}", metric.name, width,
-                          estimate_text(metric.majorities), estimate_text(metric.votes),
-                          estimate_text(metric.slope), estimate_text(metric.log_likelihood)));
+        print_line(fmt::format("{:<{}}  {:<22}  {:<22}  {:<22}  {}", metric.name, width,
+                               estimate_text(metric.majorities), estimate_text(metric.votes),
+                               estimate_text(metric.slope), estimate_text(metric.log_likelihood)));
     }
 }
 
@@ -212,9 +208,10 @@ void print_pairs(const scan::Score& score) {
     if (score.pairs.empty()) {
         return;
     }
-    print("");
-    print(fmt::format("Where {} and another metric disagree, who is right (untied majorities):",
-                      score.metrics[best].name));
+    print_line("");
+    print_line(
+        fmt::format("Where {} and another metric disagree, who is right (untied majorities):",
+                    score.metrics[best].name));
     for (const std::size_t other : best_first(score)) {
         for (const auto& pair : score.pairs) {
             if ((pair.first != best || pair.second != other) &&
@@ -222,10 +219,10 @@ void print_pairs(const scan::Score& score) {
                 continue;
             }
             const bool first = pair.first == best;
-            print(fmt::format("  against {}: {} to {}, p {}", score.metrics[other].name,
-                              fmt::group_digits(first ? pair.first_right : pair.second_right),
-                              fmt::group_digits(first ? pair.second_right : pair.first_right),
-                              p_text(pair.p_value)));
+            print_line(fmt::format("  against {}: {} to {}, p {}", score.metrics[other].name,
+                                   fmt::group_digits(first ? pair.first_right : pair.second_right),
+                                   fmt::group_digits(first ? pair.second_right : pair.first_right),
+                                   p_text(pair.p_value)));
         }
     }
 }
@@ -307,7 +304,8 @@ scan::Score compute_score(const Options& options, const Outcome& o) {
 int run(const Options& options) {
     const auto threads = limit_threads(options.distances.threads);
     OutputDirectory out(options.out, options.force,
-                        {"score.csv", "score_pairs.csv", "score.svg", "summary.json"});
+                        {"score.csv", "score_pairs.csv", "score.svg", "summary.json"},
+                        {options.judgements, options.distances.distances});
     Outcome o;
     Stopwatch watch;
     const auto file = read_judgements(options, o);

@@ -76,7 +76,7 @@ Image encoded(const Image& image, const Encode& encode) {
 }
 
 /// Writes NAME.exr with the values and NAME.png with what is to be seen.
-void write_images(const OutputDirectory& out, const std::string& name, const Image& values,
+void write_images(OutputDirectory& out, const std::string& name, const Image& values,
                   const Image& shown, const std::string& comment = {}) {
     const auto write = [&](const std::string& file, const std::string& bytes) {
         out.write(file, [&](int descriptor) { scan::write_all(descriptor, bytes); });
@@ -86,7 +86,7 @@ void write_images(const OutputDirectory& out, const std::string& name, const Ima
 }
 
 /// The six panels of figure 4.4 on white, M_r = 0 above M_r = 0.5.
-void write_figure(const OutputDirectory& out, const std::function<void()>& progress) {
+void write_figure(OutputDirectory& out, const std::function<void()>& progress) {
     Image sheet(3 * kPixels + 4 * kMargin, 2 * kPixels + 3 * kMargin);
     std::fill(sheet.pixels.begin(), sheet.pixels.end(), std::array<float, 3>{1, 1, 1});
     for (std::uint32_t row = 0; row < 2; ++row) {
@@ -215,8 +215,7 @@ int run(const Options& options) {
         const auto source = materials.empty() ? std::string()
                                               : fmt::format("; materials of {}, {}",
                                                             database->name(), database->kind());
-        print_line(fmt::format("{} images in {}{}", owned.size(), options.out, source),
-                   kResultsAreThere);
+        print_line(fmt::format("{} images in {}{}", owned.size(), options.out, source));
     }
     return kSuccess;
 }

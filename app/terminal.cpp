@@ -136,10 +136,10 @@ std::string printable(std::string_view text) {
     return escaped(text, true);
 }
 
-void print_line(std::string_view text, std::string_view note) {
+void print_line(std::string_view text) {
     if (!unread) {
         std::fputs((printable(text) + "\n").c_str(), stdout);
-        flush_output(note);
+        flush_output();
     }
 }
 
@@ -152,22 +152,22 @@ void print_lines(std::string_view text) {
 }
 
 void print_result(std::string_view name, std::string_view text) {
-    print_line(fmt::format("{:<16}{}", name, text), kResultsAreThere);
+    print_line(fmt::format("{:<16}{}", name, text));
 }
 
 void print_warning(std::string_view text) {
     std::fputs(fmt::format("merl-scan: warning: {}\n", printable(text)).c_str(), stderr);
 }
 
-void flush_output(std::string_view note) {
+void flush_output() {
     if (unread || (std::fflush(stdout) == 0 && std::ferror(stdout) == 0)) {
         return;
     }
     const int code = errno;
     unread = nobody_reads();
     if (!unread) {
-        throw Error(Fault::output, fmt::format("standard output cannot be written: {}{}",
-                                               std::strerror(code), note));
+        throw Error(Fault::output,
+                    fmt::format("standard output cannot be written: {}", std::strerror(code)));
     }
 }
 

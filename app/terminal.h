@@ -17,26 +17,22 @@ std::string from_utf8(std::string_view text);
 /// and what looks the same is the same.
 std::string printable(std::string_view text);
 
-/// A note for commands whose results are complete when they print what they did.
-inline constexpr std::string_view kResultsAreThere = "; the results are complete and in place";
-
-/// Writes one line, `printable`, to standard output. Throws Error (output) when that fails, with
-/// `note` after the reason. Where standard output is a pipe that nobody reads any more (`| head`)
-/// nothing is written and nothing is wrong.
-void print_line(std::string_view text, std::string_view note = {});
+/// Writes one line, `printable`, to standard output. Throws Error (output) when that fails. Where
+/// standard output is a pipe that nobody reads any more (`| head`) nothing is written and nothing is
+/// wrong.
+void print_line(std::string_view text);
 
 /// Writes the lines of a text, like print_line; each ends with a line feed, the last perhaps
 /// without.
 void print_lines(std::string_view text);
 
-/// Writes a line of a summary, the text in a column beside its name, after the results are in
-/// place.
+/// Writes a line of a summary, the text in a column beside its name.
 void print_result(std::string_view name, std::string_view text);
 
 /// Writes one line, `printable`, of what the user should know of their input to standard error.
 void print_warning(std::string_view text);
 
 /// Sees to it that what went to standard output arrived. Throws Error (output) like print_line.
-void flush_output(std::string_view note = {});
+void flush_output();
 
 }  // namespace merl::app

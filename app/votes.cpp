@@ -252,7 +252,10 @@ int run(const Options& options) {
     }
     std::vector<std::string> owned = {"configurations.csv", "judges.csv", "judgements.csv",
                                       "survey.csv",         "votes.html", "summary.json"};
-    OutputDirectory out(options.out, options.force, owned);
+    std::vector<std::filesystem::path> read = {options.selection, options.kit};
+    read.insert(read.end(), options.files.begin(), options.files.end());
+    read.insert(read.end(), options.survey.begin(), options.survey.end());
+    OutputDirectory out(options.out, options.force, owned, read);
     ordered_json sources;
     auto inputs = read_inputs(options, sources);
     const auto images =

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <set>
 #include <string_view>
+#include <system_error>
 
 #include "app/image.h"
 #include "app/page.h"
@@ -61,8 +62,9 @@ ordered_json sphere_images(const scan::Votes& votes, const std::string& spheres,
     std::uint64_t bytes = 0;
     for (const auto& material : materials) {
         const auto path = directory / (material + ".png");
+        std::error_code too_long;
         // A name is the name of a file in this directory or it has no image.
-        if (material.find('/') != std::string::npos || !std::filesystem::exists(path)) {
+        if (material.find('/') != std::string::npos || !std::filesystem::exists(path, too_long)) {
             continue;
         }
         const std::string image = scan::read_input(path.string(), kMostImageBytes);

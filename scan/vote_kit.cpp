@@ -120,7 +120,7 @@ class KitFilter {
         }
         if (depth == 1 && event == Event::value && at_format_) {
             // Before the trials, which a newer kit may write in another way.
-            expect_known_format({{"format", parsed}}, file_);
+            expect_known_format(json::object({{"format", parsed}}), file_);
         }
         if (in_trials_ && depth == 2 && event == Event::object_end) {
             take(parsed);

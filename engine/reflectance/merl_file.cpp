@@ -10,10 +10,8 @@
 #include <chrono>
 #include <cmath>
 #include <cstdint>
-#include <cstdio>
 #include <cstring>
 #include <limits>
-#include <memory>
 #include <string_view>
 #include <thread>
 
@@ -242,20 +240,7 @@ void read_merl_samples(
     file.expect(header.state);
 }
 
-void write_merl_file(const std::filesystem::path& path, const Database& database,
-                     std::size_t material) {
-    const auto partial = std::filesystem::path(path.string() + ".partial");
-    const auto fail = [&](const char* what) {
-        const int code = errno;
-        std::remove(partial.c_str());
-        throw Error(Fault::output,
-                    fmt::format("{}: {}: {}", path.string(), what, std::strerror(code)));
-    };
-    std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(
-        std::fopen(partial.c_str(), "wbe"), [](std::FILE* f) { return std::fclose(f); });
-    if (!file) {
-        fail("cannot be created");
-    }
+std::string merl_file(const Database& database, std::size_t material) {
     const auto& grid = database.grid();
     const Domain domain(grid);
     const std::array<std::uint32_t, 3> header = {grid.theta_h, grid.theta_d, grid.phi_d};
@@ -268,14 +253,10 @@ void write_merl_file(const std::filesystem::path& path, const Database& database
             value = measured ? value / kMerlScale[plane] : kMerlNotMeasured;
         }
     }
-    if (std::fwrite(header.data(), sizeof(header), 1, file.get()) != 1 ||
-        std::fwrite(samples.data(), sizeof(double), samples.size(), file.get()) != samples.size() ||
-        std::fclose(file.release()) != 0) {
-        fail("cannot be written");
-    }
-    if (std::rename(partial.c_str(), path.c_str()) != 0) {
-        fail("cannot be renamed into place");
-    }
+    std::string bytes(sizeof(header) + samples.size() * sizeof(double), '\0');
+    std::memcpy(bytes.data(), header.data(), sizeof(header));
+    std::memcpy(bytes.data() + sizeof(header), samples.data(), samples.size() * sizeof(double));
+    return bytes;
 }
 
 }  // namespace merl::reflectance

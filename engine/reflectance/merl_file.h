@@ -55,9 +55,8 @@ void read_merl_samples(
     std::span<double> samples,
     const std::function<void(std::size_t plane, std::span<const std::byte>)>& raw);
 
-/// Writes one material of a database as a MERL file at `path`, which appears complete or not at
-/// all. Voxels below the horizon are stored as not measured. Throws Error (output).
-void write_merl_file(const std::filesystem::path& path, const Database& database,
-                     std::size_t material);
+/// One material of a database as the bytes of a MERL file. Voxels below the horizon are stored as
+/// not measured.
+std::string merl_file(const Database& database, std::size_t material);
 
 }  // namespace merl::reflectance

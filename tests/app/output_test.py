@@ -2,6 +2,7 @@
 
 import os
 import pty
+import re
 import resource
 import shutil
 import signal
@@ -49,13 +50,15 @@ class Directory(Case):
         self.assert_output_refused(["file/x", "Not a directory"], "file/x")
         self.assert_output_refused(["no/x", "No such file"], "no/x")
         self.assert_output_refused(["no/x", "No such file"], "no/x", "--force")
-        self.assert_output_refused(["x" * 250, "too long"], "x" * 250)
+        self.assert_output_refused(["x" * 256, "too long"], "x" * 256)
+        self.assert_output_refused(["x" * 256, "too long"], "db/" + "x" * 256, "--force")
         self.assert_output_refused(["/proc/x"], "/proc/x")
 
     def test_no_permission(self):
         existing = self.work / "there"
         existing.mkdir()
-        (existing / "summary.json").write_text("old")
+        for name in support.RESULTS:
+            (existing / name).write_text("old")
         existing.chmod(0o555)
         self.drop_privileges()
         self.assert_output_refused(["out", "Permission denied"], "out")
@@ -69,11 +72,136 @@ class Directory(Case):
             self.assertEqual(sorted(p.name for p in results.iterdir()), support.RESULTS)
         self.assertEqual(list(self.work.glob(".*")), [])
 
-    def test_permissions_are_those_of_a_new_directory(self):
+    def test_longest_name(self):
+        self.assertEqual(len(list(self.scan("--database", "db", out="x" * 255).iterdir())), 4)
+
+    def test_dots_after_a_symbolic_link(self):
+        (self.work / "real" / "deep").mkdir(parents=True)
+        (self.work / "link").symlink_to("real/deep")
+        self.scan("--database", "db", "--force", out="link/..")
+        self.assertEqual(sorted(p.name for p in (self.work / "real").iterdir()),
+                         ["deep", *support.RESULTS])
+        self.assert_output_refused(["No such file"], "no/..")
+
+    def test_permissions_are_those_that_the_user_wants(self):
+        for umask in 0o022, 0o077, 0o002:
+            before = os.umask(umask)  # the program inherits it
+            self.addCleanup(os.umask, before)
+            name = f"{umask:03o}"
+            (self.work / f"{name}-there").mkdir()
+            (self.work / f"{name}-there" / "pairs.csv").write_text("old")
+            for results in (self.scan("--database", "db", out=name),
+                            self.scan("--database", "db", "--force", out=f"{name}-there")):
+                self.assertEqual(results.stat().st_mode & 0o7777, 0o777 & ~umask)
+                for file in results.iterdir():
+                    self.assertEqual(file.stat().st_mode & 0o7777, 0o666 & ~umask)
+
+    def test_what_stands_in_the_place_of_old_results(self):
+        """A link is replaced and what it leads to is not touched; anything else stays."""
         results = self.scan("--database", "db")
-        usual = self.work / "usual"
-        usual.mkdir()
-        self.assertEqual(results.stat().st_mode, usual.stat().st_mode)
+        mine = self.work / "mine"
+        mine.mkdir()
+        for name in "pairs.csv", "selection.csv":
+            (mine / name).write_text("mine")
+            (results / name).unlink()
+        (results / "pairs.csv").symlink_to(mine / "pairs.csv")
+        os.link(mine / "selection.csv", results / "selection.csv")
+        (results / "disagreements.csv").unlink()
+        (results / "disagreements.csv").symlink_to(mine)
+        self.scan("--database", "db", "--force")
+        self.assertEqual({p.name: p.read_text() for p in mine.iterdir()},
+                         {"pairs.csv": "mine", "selection.csv": "mine"})
+        for name in support.RESULTS:
+            self.assertTrue((results / name).is_file() and not (results / name).is_symlink(), name)
+        (results / "selection.csv").unlink()
+        os.mkfifo(results / "selection.csv")
+        line = self.run_program("scan", "--database", "db", "--out", "out", "--force")
+        self.assertEqual(line.returncode, OUTPUT)
+        self.assertIn("out/selection.csv: is a special file", self.only_line(line.stderr))
+
+    def test_results_of_another_command_are_not_mixed_with(self):
+        results = self.scan("--database", "db")
+        pairs = results / "pairs.csv"
+        before = tree(self.work)
+        for command in (["compare", "--distances", pairs], ["compare", "--database", "db"]):
+            self.assert_refused(OUTPUT, ["out/summary.json", "other results", "distances.csv"],
+                                *command, "--out", "out", "--force")
+        self.assertEqual(tree(self.work), before)
+
+    def test_input_is_not_replaced(self):
+        results = self.scan("--database", "db")
+        (self.work / "link.csv").symlink_to("out/pairs.csv")
+        for pairs in results / "pairs.csv", "out/pairs.csv", "link.csv":
+            self.assert_refused(OUTPUT, ["out/pairs.csv", "read", "--out"], "scan", "--distances",
+                                pairs, "--out", "out", "--force")
+        (self.work / "more").mkdir()
+        for name, *command in (
+            ("survey.csv", "votes", "v.csv", "--selection", "s.csv", "--survey", "more/survey.csv"),
+            ("judges.csv", "votes", "more/judges.csv", "--selection", "s.csv"),
+            ("score.csv", "score", "--judgements", "more/score.csv", "--distances", "d.csv"),
+            ("compare.csv", "compare", "--distances", "more/compare.csv"),
+            ("kit.json", "judge", "--selection", "more/kit.json"),
+        ):
+            (self.work / "more" / name).write_text("mine")
+            self.assert_refused(OUTPUT, [f"more/{name}", "read", "--out"], *command, "--out",
+                                "more", "--force")
+
+    def test_what_only_looks_like_a_leftover(self):
+        results = self.scan("--database", "db")
+        (self.work / "mine").mkdir()
+        (self.work / "mine" / "notes.txt").write_text("mine")
+        (results / ".merl-scan.partial-link").symlink_to("../mine")
+        (results / ".merl-scan.partial-file").write_text("mine")
+        (results / ".merl-scan.partial-empty").mkdir()
+        (results / ".merl-scan.partial-other").mkdir()
+        (results / ".merl-scan.partial-other" / "pairs.csv").write_text("mine")
+        for name in "run", "new", "old":
+            (results / f".merl-scan.partial-{name}").mkdir()
+            (results / f".merl-scan.partial-{name}" / "run").touch()
+        os.mkfifo(results / ".merl-scan.partial-fifo")
+        (results / ".merl-scan.partial-half" / "writing").mkdir(parents=True)
+        (results / ".merl-scan.partial-half" / "writing" / "pairs.csv").write_text("half")
+        for name in "new", "old":
+            (results / f".merl-scan.partial-{name}" / name).mkdir()
+            (results / f".merl-scan.partial-{name}" / name / "notes.txt").write_text("mine")
+        before = tree(self.work)
+        result = self.run_program("scan", "--database", "db", "--out", "out", "--force")
+        self.assertEqual(result.returncode, support.SUCCESS)
+        for name, line in zip(("new", "old", "other"), sorted(
+                result.stderr.splitlines(), key=lambda line: re.search("partial-(o?.)", line)[1])):
+            self.assertIn(f"out/.merl-scan.partial-{name}", line)
+        self.assertEqual(result.stderr.count("\n"), 3)
+        gone = {str(path.name) for path in set(before) - set(tree(self.work))}
+        self.assertEqual(gone, {".merl-scan.partial-empty", ".merl-scan.partial-half",
+                                ".merl-scan.partial-run", "pairs.csv", "run", "writing"})
+        for path, data in tree(self.work).items():
+            if data == b"mine":
+                self.assertEqual(before[path], data)
+
+    def test_a_leftover_from_an_archive_does_not_lead_elsewhere(self):
+        results = self.scan("--database", "db")
+        leftover = results / ".merl-scan.partial-bad"
+        for name in "new", "old":
+            (leftover / name).mkdir(parents=True)
+        (leftover / "evil").write_text("evil")
+        (self.work / "mine").write_text("mine")
+        for name in "../mine", str(self.work / "mine"), "..", "":
+            (leftover / "run").write_bytes(b"replace\0" + name.encode() + b"\0")
+            (leftover / "mine").write_text("evil")  # new/../mine
+            self.run_program("scan", "--database", "db", "--out", "out")
+            self.assertEqual((self.work / "mine").read_text(), "mine")
+            self.assertEqual(sorted(p.name for p in results.glob("[!.]*")), support.RESULTS)
+
+    def test_leftovers_of_somebody_else(self):
+        if os.geteuid() != 0:
+            self.skipTest("only root can make files of another user")
+        results = self.scan("--database", "db")
+        theirs = results / ".merl-scan.partial-theirs"
+        (theirs / "new").mkdir(parents=True)
+        (theirs / "new" / "pairs.csv").write_text("theirs")
+        (theirs / "run").write_bytes(b"replace\0pairs.csv\0")
+        os.chown(theirs, 65534, 65534)
+        self.assert_output_refused(["out/pairs.csv", str(theirs), "another user"], "out", "--force")
 
     def test_force_replaces_all_results_and_nothing_else(self):
         write_database(self.work / "other", 3)
@@ -119,10 +247,32 @@ class Directory(Case):
         old = self.work / "out" / "selection.csv"  # the second to be moved
         if subprocess.run(["chattr", "+i", old], capture_output=True, check=False).returncode != 0:
             self.skipTest("no immutable files here")
-        try:
-            self.assert_output_refused(["out", "Operation not permitted"], "out", "--force")
-        finally:
-            subprocess.run(["chattr", "-i", old], check=True)
+        self.addCleanup(subprocess.run, ["chattr", "-i", old], check=True)
+        self.assert_stays("Operation not permitted")
+
+    def assert_stays(self, reason):
+        """The old results stay as they are, and the new ones are where the error says."""
+        before = tree(self.work)
+        result = self.run_program("scan", "--database", "db", "--out", "out", "--force")
+        self.assertEqual(result.returncode, OUTPUT)
+        line = self.only_line(result.stderr)
+        self.assertIn(f"{reason}; the new results are in ", line)
+        self.assertTrue(line.endswith(", the old ones as they were"), line)
+        (hidden,) = (self.work / "out").glob(".*")
+        self.assertIn(f" {hidden}/new,", line)
+        self.assertEqual(sorted(os.listdir(hidden / "new")), support.RESULTS)
+        shutil.rmtree(hidden)
+        self.assertEqual(tree(self.work), before)
+
+    def test_old_results_that_are_a_disk_of_their_own(self):
+        results = self.scan("--database", "db")
+        (self.work / "mine").write_text("mine")
+        mount = subprocess.run(["mount", "--bind", self.work / "mine", results / "selection.csv"],
+                               capture_output=True, check=False)
+        if mount.returncode != 0:
+            self.skipTest("no mounts here")
+        self.addCleanup(subprocess.run, ["umount", results / "selection.csv"], check=True)
+        self.assert_stays("Device or resource busy")
 
     def test_standard_output_closed(self):
         result = self.run_program("scan", "--database", "db", "--out", "open")
@@ -234,8 +384,11 @@ class FullDisk(Case):
                             "scan", "--database", "db", "--out", "out")
 
     def test_not_even_the_first_table(self):
-        disk = support.mount(self, "4k")
+        disk = support.mount(self, "8k")
         self.assert_refused(OUTPUT, ["full/out/pairs.csv", "No space left"],
+                            "scan", "--database", "db", "--out", disk / "out")
+        (disk / "full").write_bytes(bytes(8192))
+        self.assert_refused(OUTPUT, ["full/out", "cannot be made", "No space left"],
                             "scan", "--database", "db", "--out", disk / "out")
 
     def test_old_results_stay(self):
@@ -286,7 +439,7 @@ class Stopped(Case):
         write_database(self.work / "db", {f"m{i}": support.samples(i, grid) for i in range(100)},
                        grid)
         with support.Running(self, "scan", "--database", "db", "--out", "out") as running:
-            table = running.wait_for_partial()[0] / "disagreements.csv"
+            table = running.wait_for_partial()[0] / "writing" / "out" / "disagreements.csv"
             running.wait_for(lambda: table.exists() or running.process.poll() is not None)
             if running.process.poll() is not None:
                 self.skipTest("it wrote 200 MB faster than anybody could stop it")

@@ -243,6 +243,39 @@ class Render(Case):
                          ["a.exr", "a.png", "mine.txt"])
         self.assertNotEqual((self.work / "there" / "a.png").read_bytes(), b"old")
 
+    def test_a_file_of_either_kind(self):
+        write_database(self.work / "db", 2)
+        arguments = ("render", "--database", "db", "--material", "m00", "--size", "16", "--out")
+        for number, (out, other) in enumerate((("a.exr", "a.png"), ("a.png", "a.exr"),
+                                               ("a.EXR", "a.png"), ("a.Png", "a.exr"))):
+            (self.work / str(number)).mkdir()
+            output = self.assert_success(*arguments, f"{number}/{out}")
+            self.assertIn("PNG" if other == "a.png" else "OpenEXR", output)
+            files = tree(self.work / str(number))
+            self.assertEqual({str(name) for name in files}, {out, other})
+            for name, data in files.items():
+                png = name.suffix.lower() == ".png"
+                self.assertTrue(data.startswith(b"\x89PNG" if png else b"v/1\x01"), name)
+        self.assert_success(*arguments, "a.PNG", "--light", "1,1,1", "--light", "0,0,1")
+        self.assertEqual({p.name for p in self.work.glob("a*")},
+                         {f"a-light-{i}.{kind}" for i in (1, 2) for kind in ("exr", "PNG")})
+        self.assert_refused(USAGE, ["x.png", "one material"], "render", "--database", "db", "--out",
+                            "x.png")
+
+    def test_names_too_long(self):
+        long = "m" * 248  # .binary makes 255
+        write_database(self.work / "db", {long: samples(0), "b": samples(1)})
+        render = ("render", "--database", "db", "--size", "16", "--out")
+        two_lights = ("--light", "1,1,1", "--light", "0,0,1")
+        for out in "out", "db":
+            self.assert_refused(OUTPUT, [f"{long}-light-1.exr", "too long"], *render, out,
+                                *two_lights, "--force")
+            self.assert_refused(OUTPUT, [f"material-{long}.exr", "too long"], "slices",
+                                "--database", "db", "--materials", long, "--out", out, "--force")
+        self.assert_refused(OUTPUT, ["x" * 300, "too long"], *render, "x" * 300 + ".exr",
+                            "--material", "b")
+        self.assert_success(*render, "out")
+
     def test_bad_options(self):
         write_database(self.work / "db", 3)
         for words, *options in (

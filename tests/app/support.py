@@ -151,12 +151,12 @@ class Case(unittest.TestCase):
 class Running:
     """The program at work in the directory of a test, until it is told to stop."""
 
-    def __init__(self, case, *arguments, stderr=subprocess.PIPE):
+    def __init__(self, case, *arguments, stderr=subprocess.PIPE, **changes):
         self.case = case
         self.start = time.monotonic()
         self.process = subprocess.Popen(
             [PROGRAM, *arguments], cwd=case.work, stdin=subprocess.DEVNULL, text=True,
-            stdout=subprocess.PIPE, stderr=stderr,
+            env={**os.environ, **changes}, stdout=subprocess.PIPE, stderr=stderr,
         )
 
     def __enter__(self):

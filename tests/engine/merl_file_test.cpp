@@ -51,7 +51,6 @@ TEST(MerlFile, WhatIsWrittenIsRead) {
     const auto path = directory.path / "m.binary";
     write_merl_file(path, database, 1);
     EXPECT_EQ(std::filesystem::file_size(path), 12 + kGrid.voxels() * 24);
-    EXPECT_FALSE(std::filesystem::exists(path.string() + ".partial"));
     EXPECT_EQ(read_merl_header(path).grid, kGrid);
 
     const Domain domain(kGrid);
@@ -240,16 +239,6 @@ TEST_F(OpenedBefore, WritingWhileItIsReadIsNoticed) {
             }
         });
     });
-}
-
-TEST(MerlFile, APathThatCannotBeWrittenIsAnOutputError) {
-    const test::FunctionDatabase database(kGrid, 2, test::random_sample);
-    try {
-        write_merl_file("/dev/full/m.binary", database, 0);  // not even a directory
-        FAIL();
-    } catch (const Error& error) {
-        EXPECT_EQ(error.fault(), Fault::output);
-    }
 }
 
 }  // namespace

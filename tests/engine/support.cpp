@@ -9,6 +9,7 @@
 #include <iterator>
 
 #include "engine/device/shader_compiler.h"
+#include "engine/reflectance/merl_file.h"
 #include "engine/reflectance/metric_library.h"
 
 namespace merl::test {
@@ -76,6 +77,11 @@ TemporaryDirectory::TemporaryDirectory() {
 TemporaryDirectory::~TemporaryDirectory() {
     std::error_code ignored;
     std::filesystem::remove_all(path, ignored);
+}
+
+void write_merl_file(const std::filesystem::path& path, const reflectance::Database& database,
+                     std::size_t material) {
+    std::ofstream(path, std::ios::binary) << reflectance::merl_file(database, material);
 }
 
 }  // namespace merl::test

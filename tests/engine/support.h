@@ -36,6 +36,10 @@ double random_sample(std::size_t material, std::uint64_t voxel, std::size_t chan
 /// The SPIR-V of a shader of the tests, which may include those of shaders/.
 std::vector<std::uint32_t> compile(const std::string& path, const std::string& preamble = "");
 
+/// Writes a material of a database as a MERL file.
+void write_merl_file(const std::filesystem::path& path, const reflectance::Database& database,
+                     std::size_t material);
+
 /// A directory that is removed at the end of the test.
 class TemporaryDirectory {
   public:
