@@ -14,6 +14,7 @@
 #include "app/interrupt.h"
 #include "app/options.h"
 #include "app/output_directory.h"
+#include "app/progress.h"
 #include "app/terminal.h"
 #include "app/version.h"
 #include "app/votes_json.h"
@@ -98,10 +99,13 @@ void print_overall(const std::string& name, const scan::Votes& votes, const scan
     line(votes.second_metric + " right", 2);
     print_result("", fmt::format("majorities: {} {}, {} {}", votes.first_metric, o.first_right,
                                  votes.second_metric, o.second_right));
-    print_result(
-        "", fmt::format("overall p {} (judges and materials as clusters); judges {} to "
-                        "{}, sign test p {}",
-                        p_text(o.p_value), o.judges_first, o.judges_second, p_text(o.judges_p)));
+    print_result("", fmt::format("overall p {} (judges and materials as clusters); judges {} to "
+                                 "{}, sign test p {}",
+                                 o.lead.too_few.empty() ? p_text(o.p_value) : "from too few",
+                                 o.judges_first, o.judges_second, p_text(o.judges_p)));
+    if (!o.lead.too_few.empty()) {
+        print_result("", fmt::format("too few for intervals: {}", o.lead.too_few));
+    }
 }
 
 void print_significance(const scan::Votes& votes, const ordered_json& json) {
@@ -200,7 +204,11 @@ int run(const Options& options) {
     OutputDirectory out(options.out, options.force, owned);
     ordered_json sources;
     const auto inputs = read_inputs(options, sources);
-    const auto statistics = scan::vote_statistics(inputs.votes, options.bootstrap);
+    const auto statistics = [&] {
+        Progress progress("bootstrap", options.quiet);
+        return scan::vote_statistics(inputs.votes, options.bootstrap,
+                                     [&](double share) { progress.update(share); });
+    }();
     throw_if_interrupted();
     ordered_json summary = {{"program", {{"name", "merl-scan"}, {"version", kVersion}}}};
     summary.update(sources);
