@@ -116,7 +116,8 @@ int main(int argc, char** argv) {
     } catch (const merl::scan::InputError& error) {
         return complain("", error.what(), kInput);
     } catch (const Interrupted& interrupt) {
-        return complain("", "interrupted; nothing was written", kInterrupted + interrupt.signal());
+        say_interrupted();
+        return kInterrupted + interrupt.signal();
     } catch (const std::bad_alloc&) {
         return complain("", "out of memory", kInternal);
     } catch (const std::exception& error) {

@@ -8,6 +8,7 @@
 #include <cstring>
 #include <system_error>
 
+#include "app/interrupt.h"
 #include "engine/error.h"
 
 namespace merl::app {
@@ -65,6 +66,7 @@ OutputDirectory::OutputDirectory(const std::filesystem::path& target, bool force
                                   std::strerror(errno)));
     }
     partial_ = hidden;
+    set_unfinished(partial_);
     std::filesystem::permissions(partial_, std::filesystem::perms(0755), code);
 }
 
@@ -105,6 +107,8 @@ std::string OutputDirectory::with_target(std::string message) const {
 }
 
 void OutputDirectory::commit() {
+    throw_if_interrupted();
+    finish_in_any_case();
     try {
         if (replace_) {
             replace();
