@@ -67,15 +67,19 @@ nlohmann::ordered_json figure_json(double value) {
 }
 
 nlohmann::ordered_json estimate_json(const scan::Estimate& estimate) {
-    return {{"value", figure_json(estimate.value)},
-            {"low", figure_json(estimate.interval.low)},
-            {"high", figure_json(estimate.interval.high)}};
+    nlohmann::ordered_json json = {{"value", figure_json(estimate.value)},
+                                   {"low", figure_json(estimate.interval.low)},
+                                   {"high", figure_json(estimate.interval.high)}};
+    if (!estimate.too_few.empty()) {
+        json["too_few"] = estimate.too_few;
+    }
+    return json;
 }
 
 std::string estimate_text(const scan::Estimate& estimate) {
     const auto& [low, high] = estimate.interval;
     return std::isnan(estimate.value) ? "-"
-           : std::isnan(low)          ? fmt::format("{:.3f}", estimate.value)
+           : std::isnan(low)          ? fmt::format("{:.3f} [too few]", estimate.value)
                              : fmt::format("{:.3f} [{:.3f}, {:.3f}]", estimate.value, low, high);
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <exception>
+#include <filesystem>
 
 namespace merl::app {
 
@@ -17,10 +18,20 @@ class Interrupted : public std::exception {
 
 /// From now on SIGINT, SIGTERM and, unless it was ignored, SIGHUP are only noted, and writing to a
 /// closed pipe or beyond the largest file allowed is an error like any other: nothing half-written
-/// is left behind.
+/// is left behind. Work that does not look at what was noted within a second, such as a driver that
+/// compiles, is ended all the same. A second signal ends the program at once.
 void catch_interrupts();
 
 /// Throws Interrupted when a signal was noted. Called between pieces of work.
 void throw_if_interrupted();
+
+/// The directory to remove where work is ended that does not look; empty: none any more.
+void set_unfinished(const std::filesystem::path& directory);
+
+/// Results are being put into place: from now on only a second signal ends the program.
+void finish_in_any_case();
+
+/// Says once, on standard error, that the program was interrupted.
+void say_interrupted();
 
 }  // namespace merl::app

@@ -138,9 +138,11 @@ int main(int argc, char** argv) {
     } catch (const merl::scan::InputError& error) {
         return complain("", error.what(), kInput);
     } catch (const Interrupted& interrupt) {
-        return complain("",
-                        results_are_in_place() ? "interrupted" : "interrupted; nothing was written",
-                        kInterrupted + interrupt.signal());
+        if (results_are_in_place()) {
+            return complain("", "interrupted", kInterrupted + interrupt.signal());
+        }
+        say_interrupted();
+        return kInterrupted + interrupt.signal();
     } catch (const std::bad_alloc&) {
         return complain("",
                         "out of memory; work on less at a time (--memory, --threads, "

@@ -13,6 +13,7 @@
 #include "app/commands.h"
 #include "app/exit_status.h"
 #include "app/options.h"
+#include "app/progress.h"
 #include "app/terminal.h"
 #include "engine/error.h"
 #include "scan/number.h"
@@ -84,14 +85,20 @@ int run(const Options& options) {
     }
     const std::size_t rows = judges.to - judges.from + 1;
     std::vector<scan::Power> powers(rows * columns.size());
-    tbb::parallel_for(std::size_t{0}, powers.size(), [&](std::size_t i) {
-        powers[i] =
-            scan::power_of({.judges = judges.from + static_cast<std::uint32_t>(i / columns.size()),
-                            .configurations = columns[i % columns.size()],
-                            .right = options.p,
-                            .equal = equal},
-                           scan::significance);
-    });
+    {
+        Progress progress("computing", false);
+        for (std::size_t row = 0; row < rows; ++row) {
+            tbb::parallel_for(std::size_t{0}, columns.size(), [&](std::size_t column) {
+                powers[row * columns.size() + column] =
+                    scan::power_of({.judges = judges.from + static_cast<std::uint32_t>(row),
+                                    .configurations = columns[column],
+                                    .right = options.p,
+                                    .equal = equal},
+                                   scan::significance);
+            });
+            progress.update(static_cast<double>(row + 1) / static_cast<double>(rows));
+        }
+    }
 
     print_line(fmt::format(
         "Each vote is right with probability {:g}, equal with {:g}, wrong with {:g}; "

@@ -3,11 +3,17 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <cstdio>
 
 #include "app/interrupt.h"
 
 namespace merl::app {
+namespace {
+
+std::atomic<bool> is_shown = false;
+
+}  // namespace
 
 Progress::Progress(std::string title, bool quiet)
     : title_(std::move(title)), visible_(!quiet && ::isatty(STDERR_FILENO) != 0) {}
@@ -17,10 +23,7 @@ Progress::~Progress() {
 }
 
 void Progress::clear() {
-    if (shown_) {
-        std::fputs("\r\x1b[K", stderr);
-    }
-    shown_ = false;
+    clear_progress();
 }
 
 void Progress::update(double share) {
@@ -30,13 +33,19 @@ void Progress::update(double share) {
     if (!visible_ || seconds < 1 || share <= 0) {
         return;
     }
-    shown_ = true;
+    is_shown = true;
     // Not fmt::print, which throws: a terminal that is gone does not stop the work.
     std::fputs(fmt::format("\r\x1b[K{}: {:.0f} %, about {:.0f} s left", title_, share * 100,
                            seconds / share * (1 - share))
                    .c_str(),
                stderr);
     std::fflush(stderr);
+}
+
+void clear_progress() {
+    if (is_shown.exchange(false)) {
+        std::fputs("\r\x1b[K", stderr);
+    }
 }
 
 }  // namespace merl::app

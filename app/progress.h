@@ -24,8 +24,10 @@ class Progress {
   private:
     std::string title_;
     bool visible_;
-    bool shown_ = false;
     std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
+
+/// Takes the line off the terminal whichever Progress has shown it, on any thread.
+void clear_progress();
 
 }  // namespace merl::app

@@ -230,9 +230,13 @@ int run(const Options& options) {
                                 "--disagreements N for the N strongest, or 0",
                                 listed, scan::max_listed));
     }
-    o.disagreements = options.disagreements
-                          ? scan::strongest_disagreements(o.distances, *options.disagreements)
-                          : scan::all_disagreements(o.distances);
+    {
+        Progress progress("listing", options.quiet);
+        const auto update = [&](double share) { progress.update(share); };
+        o.disagreements = options.disagreements ? scan::strongest_disagreements(
+                                                      o.distances, *options.disagreements, update)
+                                                : scan::all_disagreements(o.distances, update);
+    }
     if (!options.disagreements && o.disagreements.size() != o.census.counts.disagreements()) {
         throw std::logic_error(fmt::format("{} disagreements were counted and {} listed",
                                            o.census.counts.disagreements(),

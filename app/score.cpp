@@ -105,22 +105,23 @@ std::string summary_json(const Options& options, const Outcome& o) {
                           {"votes", o.score.votes},
                           {"equal_votes", o.score.equal_votes}};
     json.update(o.obtained.source);
-    json.update(
-        ordered_json{{"materials", o.obtained.table.materials()},
-                     {"bootstrap",
-                      {{"replicates", options.bootstrap.replicates},
-                       {"seed", options.bootstrap.seed},
-                       {"interval", "percentile, 95 %"},
-                       {"clusters", j.clusters},
-                       {"reference_materials", j.references}}},
-                     {"ceiling",
-                      {{"votes", estimate_json(o.score.ceiling)},
-                       {"log_likelihood_per_vote", estimate_json(o.score.ceiling_log_likelihood)}}},
-                     {"metrics", metrics},
-                     {"options",
-                      {{"device", options.distances.device},
-                       {"memory_bytes", options.distances.memory},
-                       {"threads", options.distances.threads}}}});
+    json.update(ordered_json{
+        {"materials", o.obtained.table.materials()},
+        {"bootstrap",
+         {{"replicates", options.bootstrap.replicates},
+          {"seed", options.bootstrap.seed},
+          {"interval", "percentile, 95 %"},
+          {"clusters", j.clusters},
+          {"too_few", o.score.too_few.empty() ? ordered_json() : ordered_json(o.score.too_few)},
+          {"reference_materials", j.references}}},
+        {"ceiling",
+         {{"votes", estimate_json(o.score.ceiling)},
+          {"log_likelihood_per_vote", estimate_json(o.score.ceiling_log_likelihood)}}},
+        {"metrics", metrics},
+        {"options",
+         {{"device", options.distances.device},
+          {"memory_bytes", options.distances.memory},
+          {"threads", options.distances.threads}}}});
     json.update(o.obtained.device);
     json["warnings"] = texts_json(o.obtained.warnings);
     json["seconds"] = {{"judgements", o.seconds.judgements}, {"device", o.seconds.device},
@@ -199,7 +200,7 @@ void print_precision(const Outcome& o) {
 
 /// A p-value; one that is too small for a double comes as 0.
 std::string p_text(double p) {
-    return p < 1e-300 ? "< 1e-300" : fmt::format("= {:.2g}", p);
+    return std::isnan(p) ? "from too few" : p < 1e-300 ? "< 1e-300" : fmt::format("= {:.2g}", p);
 }
 
 /// The best metric against every other: who is right where they disagree.
@@ -238,6 +239,9 @@ void print_summary(const Options& options, const Outcome& o) {
     print_result("intervals", fmt::format("95 %, {} bootstrap samples of {}, seed {}",
                                           fmt::group_digits(options.bootstrap.replicates),
                                           cluster_text(o.judgements), options.bootstrap.seed));
+    if (!o.score.too_few.empty()) {
+        print_result("too few", o.score.too_few + ", for intervals and p-values");
+    }
     print_precision(o);
     for (const auto& [name, text] : o.obtained.device_lines) {
         print_result(name, text);

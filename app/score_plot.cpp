@@ -101,7 +101,7 @@ Scale scale_of(const scan::Score& score, const Panel& panel) {
     double low = panel.chance;
     double high = panel.ceiling.value_or(panel.chance);
     for (const auto& metric : score.metrics) {
-        const auto& [value, interval] = metric.*panel.figure;
+        const auto& [value, interval, too_few] = metric.*panel.figure;
         for (const double x : {value, interval.low, interval.high}) {
             if (std::isfinite(x)) {
                 low = std::min(low, x);
@@ -140,7 +140,7 @@ std::string panel_svg(const scan::Score& score, const std::vector<std::size_t>& 
         svg += marker(scale.at(*panel.ceiling), height, "ceiling", "ceiling", "end");
     }
     for (std::size_t row = 0; row < order.size(); ++row) {
-        const auto& [value, interval] = score.metrics[order[row]].*panel.figure;
+        const auto& [value, interval, too_few] = score.metrics[order[row]].*panel.figure;
         const double y = kRow * (static_cast<double>(row) + 0.5);
         if (!std::isnan(interval.low)) {
             svg += fmt::format(

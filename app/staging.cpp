@@ -17,6 +17,7 @@
 #include <thread>
 #include <utility>
 
+#include "app/interrupt.h"
 #include "app/terminal.h"
 #include "engine/error.h"
 #include "scan/csv.h"
@@ -322,6 +323,7 @@ void Staging::make(const fs::path& place) {
             throw_errno();
         }
         directory_ = directory;
+        set_unfinished(directory);
         run_ = Descriptor(
             ::open((directory / kRun).c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0666));
         if (run_.get() < 0 && errno != ENOENT) {

@@ -16,6 +16,7 @@
 #include "app/interrupt.h"
 #include "app/options.h"
 #include "app/output_directory.h"
+#include "app/progress.h"
 #include "app/scan_database.h"
 #include "app/terminal.h"
 #include "app/votes_json.h"
@@ -152,10 +153,13 @@ void print_overall(const std::string& name, const scan::Votes& votes, const scan
     line(votes.second_metric + " right", 2);
     print_result("", fmt::format("majorities: {} {}, {} {}", votes.first_metric, o.first_right,
                                  votes.second_metric, o.second_right));
-    print_result(
-        "", fmt::format("overall p {} (judges and materials as clusters); judges {} to "
-                        "{}, sign test p {}",
-                        p_text(o.p_value), o.judges_first, o.judges_second, p_text(o.judges_p)));
+    print_result("", fmt::format("overall p {} (judges and materials as clusters); judges {} to "
+                                 "{}, sign test p {}",
+                                 o.lead.too_few.empty() ? p_text(o.p_value) : "from too few",
+                                 o.judges_first, o.judges_second, p_text(o.judges_p)));
+    if (!o.lead.too_few.empty()) {
+        print_result("", fmt::format("too few for intervals: {}", o.lead.too_few));
+    }
 }
 
 void print_significance(const scan::Votes& votes, const ordered_json& json) {
@@ -261,7 +265,11 @@ int run(const Options& options) {
     const auto images =
         sphere_images(inputs.votes, options.spheres, inputs.material_hashes, inputs.warnings);
     std::ranges::for_each(inputs.warnings, print_warning);
-    const auto statistics = scan::vote_statistics(inputs.votes, options.bootstrap);
+    const auto statistics = [&] {
+        Progress progress("bootstrap", options.quiet);
+        return scan::vote_statistics(inputs.votes, options.bootstrap,
+                                     [&](double share) { progress.update(share); });
+    }();
     throw_if_interrupted();
     ordered_json summary = program_json();
     summary.update(sources);

@@ -45,6 +45,7 @@ ordered_json overall(const scan::OverallVotes& o) {
              {estimate_json(o.shares[0]), estimate_json(o.shares[1]), estimate_json(o.shares[2])}},
             {"lead", estimate_json(o.lead)},
             {"p_value", figure_json(o.p_value)},
+            {"too_few", o.lead.too_few.empty() ? ordered_json() : ordered_json(o.lead.too_few)},
             {"judges", {o.judges_first, o.judges_second}},
             {"judges_p", figure_json(o.judges_p)},
             {"majorities", {o.first_right, o.second_right}}};
@@ -69,10 +70,10 @@ ordered_json configuration(const scan::Votes& votes, const scan::ConfigurationVo
 ordered_json significance(const scan::Votes& votes, const scan::VoteStatistics& statistics) {
     std::array<std::uint64_t, 2> alone{};
     std::array<std::uint64_t, 2> holm{};
-    std::uint64_t tested = 0;
+    std::uint64_t family = 0;
     for (const auto& row : statistics.configurations) {
         if (votes.configurations[row.configuration].kind == scan::TrialKind::selection) {
-            tested += row.sides.answered() > 0 ? 1 : 0;
+            ++family;
             alone[0] += row.p_first <= scan::significance ? 1 : 0;
             alone[1] += row.p_second <= scan::significance ? 1 : 0;
             holm[0] += row.p_first_holm <= scan::significance ? 1 : 0;
@@ -80,12 +81,12 @@ ordered_json significance(const scan::Votes& votes, const scan::VoteStatistics& 
         }
     }
     ordered_json judges = ordered_json::array();
-    for (std::uint32_t equal = 0; equal <= 2 && tested > 0; ++equal) {
-        const auto fewest = scan::fewest_judges(scan::significance, tested, equal);
+    for (std::uint32_t equal = 0; equal <= 2 && family > 0; ++equal) {
+        const auto fewest = scan::fewest_judges(scan::significance, family, equal);
         judges.push_back(fewest ? ordered_json(*fewest) : ordered_json());
     }
     return {{"level", scan::significance},
-            {"configurations", tested},
+            {"configurations", family},
             {"alone", alone},
             {"holm", holm},
             {"fewest_judges_by_equal_votes", judges}};

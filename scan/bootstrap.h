@@ -20,6 +20,18 @@ struct BootstrapOptions {
     std::uint64_t seed = 1;
 };
 
+/// Fewer clusters than this say too little about how clusters differ for an interval: of four, one
+/// bootstrap sample in 256 is the same cluster four times, of three one in 27, which is more than
+/// the 2.5 % that an interval leaves out at either end; and simulated experiments have shown that
+/// the intervals hold from five on (docs/experiment.md).
+inline constexpr std::uint32_t fewest_clusters = 5;
+
+/// With fewer bootstrap samples the 2.5 % at either end are less than one of them.
+inline constexpr std::uint32_t fewest_replicates = 39;
+
+/// So many samples are drawn between two calls of progress.
+inline constexpr std::uint32_t replicates_per_update = 64;
+
 /// How often each of `clusters` clusters is in bootstrap sample `replicate`: as many are drawn,
 /// with replacement. The same for the same seed on every machine; samples do not depend on each
 /// other.

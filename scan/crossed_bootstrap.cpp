@@ -23,8 +23,8 @@ double change(const std::vector<double>& influences, const std::vector<std::uint
 
 std::vector<double> crossed_bootstrap(std::span<const CrossedValue> values, std::uint32_t judges,
                                       std::span<const std::vector<std::uint32_t>> materials,
-                                      std::uint32_t material_count,
-                                      const BootstrapOptions& options) {
+                                      std::uint32_t material_count, const BootstrapOptions& options,
+                                      const std::function<void(double share)>& progress) {
     if (values.empty()) {
         return {};
     }
@@ -46,6 +46,9 @@ std::vector<double> crossed_bootstrap(std::span<const CrossedValue> values, std:
         // Two samples of one seed are independent by their numbers.
         means[i] = mean + change(of_judges, resample(options.seed, 2 * i, judges)) +
                    change(of_materials, resample(options.seed, 2 * i + 1, material_count));
+        if (progress && i % replicates_per_update == 0) {
+            progress(static_cast<double>(i) / options.replicates);
+        }
     }
     return means;
 }

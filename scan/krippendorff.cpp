@@ -1,5 +1,6 @@
 #include "scan/krippendorff.h"
 
+#include <algorithm>
 #include <cstddef>
 #include <limits>
 #include <numeric>
@@ -50,13 +51,22 @@ double ordinal_alpha(std::span<const UnitCounts> units) {
     return alpha(units, {});
 }
 
-Estimate ordinal_alpha(std::span<const UnitCounts> units, const BootstrapOptions& options) {
+Estimate ordinal_alpha(std::span<const UnitCounts> units, const BootstrapOptions& options,
+                       const std::function<void(double share)>& progress) {
+    const auto judged = std::ranges::count_if(units, [](const auto& unit) {
+        return std::accumulate(unit.begin(), unit.end(), std::uint64_t{0}) > 1;
+    });
+    const auto reason =
+        too_few(static_cast<std::uint64_t>(judged), "configurations with two votes or more");
     std::vector<double> samples;
-    for (std::uint32_t i = 0; i < options.replicates && units.size() > 1; ++i) {
+    for (std::uint32_t i = 0; i < options.replicates && reason.empty(); ++i) {
         const auto times = resample(options.seed, i, static_cast<std::uint32_t>(units.size()));
         samples.push_back(alpha(units, times));
+        if (progress && i % replicates_per_update == 0) {
+            progress(static_cast<double>(i) / options.replicates);
+        }
     }
-    return {ordinal_alpha(units), percentile_interval(samples)};
+    return bootstrapped(ordinal_alpha(units), samples, reason);
 }
 
 }  // namespace merl::scan

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -18,7 +19,10 @@ using UnitCounts = std::vector<std::uint32_t>;
 /// is one value, or nothing.
 double ordinal_alpha(std::span<const UnitCounts> units);
 
-/// The same with a 95 % percentile interval from drawing the units with replacement.
-Estimate ordinal_alpha(std::span<const UnitCounts> units, const BootstrapOptions& options);
+/// The same with a 95 % percentile interval from drawing the units with replacement; those with
+/// fewer than two judges do not count among them. `progress` is called with the share that is done;
+/// what it throws comes out.
+Estimate ordinal_alpha(std::span<const UnitCounts> units, const BootstrapOptions& options,
+                       const std::function<void(double share)>& progress = {});
 
 }  // namespace merl::scan

@@ -175,6 +175,7 @@ Figures figures_of(const Prediction& prediction, std::span<const std::uint32_t> 
 struct Sampled {
     Figures actual;
     std::vector<Figures> samples;
+    std::string too_few;  // why there are none
 
     Estimate estimate(double Figures::*figure) const {
         std::vector<double> values;
@@ -182,7 +183,7 @@ struct Sampled {
         for (const auto& sample : samples) {
             values.push_back(sample.*figure);
         }
-        return {actual.*figure, percentile_interval(values)};
+        return bootstrapped(actual.*figure, values, too_few);
     }
 };
 
@@ -191,8 +192,8 @@ Sampled sample(const Prediction& prediction, const BootstrapOptions& options,
     const auto clusters = static_cast<std::uint32_t>(prediction.clusters.size());
     Sampled result;
     result.actual = figures_of(prediction, std::vector<std::uint32_t>(clusters, 1), 0);
-    // One cluster says nothing about how clusters differ.
-    result.samples.resize(clusters < 2 ? 0 : options.replicates);
+    result.too_few = too_few(clusters, "clusters");
+    result.samples.resize(result.too_few.empty() ? options.replicates : 0);
     // Tenths of a second between interrupts, however many judgements there are.
     const std::size_t at_a_time =
         std::max(std::min<std::size_t>(2'000'000 / prediction.judgements, 64),
@@ -249,15 +250,21 @@ PairScore pair_score(const Judgements& judgements, std::span<const ScoredMetric>
         result.first_right += right_1 > right_2 ? 1 : 0;
         result.second_right += right_2 > right_1 ? 1 : 0;
     }
-    result.p_value = sign_test(result.first_right, result.second_right);
+    const std::string& reason = sampled[first].too_few;
+    if (!reason.empty()) {
+        result.p_value = std::numeric_limits<double>::quiet_NaN();
+        result.p_holm = result.p_value;
+    } else {
+        result.p_value = sign_test(result.first_right, result.second_right);
+    }
     // Both metrics see the same samples: the interval is that of paired data.
     std::vector<double> differences;
     for (std::size_t i = 0; i < sampled[first].samples.size(); ++i) {
         differences.push_back(sampled[first].samples[i].majorities -
                               sampled[second].samples[i].majorities);
     }
-    result.difference = {sampled[first].actual.majorities - sampled[second].actual.majorities,
-                         percentile_interval(differences)};
+    result.difference = bootstrapped(
+        sampled[first].actual.majorities - sampled[second].actual.majorities, differences, reason);
     return result;
 }
 
@@ -280,6 +287,9 @@ std::vector<PairScore> pair_scores(const Judgements& judgements,
     p_values.reserve(pairs.size());
     for (const auto& pair : pairs) {
         p_values.push_back(pair.p_value);
+    }
+    if (pairs.empty() || !sampled[0].too_few.empty()) {
+        return pairs;
     }
     const auto adjusted = holm(p_values);
     for (std::size_t i = 0; i < pairs.size(); ++i) {
@@ -328,6 +338,7 @@ Score score(const Judgements& judgements, std::span<const ScoredMetric> metrics,
         return part;
     };
     const Sampled best = sampled_part(predict_best(judgements));
+    result.too_few = best.too_few;
     result.ceiling = best.estimate(&Figures::votes);
     result.ceiling_log_likelihood = best.estimate(&Figures::log_likelihood_per_vote);
 

@@ -38,7 +38,7 @@ struct PairScore {
     std::uint32_t second;
     std::uint64_t first_right;  ///< untied majorities that the first predicts better
     std::uint64_t second_right;
-    double p_value;       ///< exact two-sided sign test
+    double p_value;       ///< exact two-sided sign test; not a number with too few clusters
     double p_holm;        ///< the same, adjusted for all pairs of metrics
     Estimate difference;  ///< majorities of the first minus majorities of the second
 };
@@ -50,6 +50,7 @@ struct Score {
     std::uint64_t equal_votes;
     Estimate ceiling;                 ///< share of the votes that the best prediction gets
     Estimate ceiling_log_likelihood;  ///< per vote, of the observed shares of each judgement
+    std::string too_few;  ///< why the clusters are too few for intervals and p-values; else empty
     std::vector<MetricScore> metrics;
     std::vector<PairScore> pairs;  ///< (0,1), (0,2) ... (1,2) ...
 };

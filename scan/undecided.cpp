@@ -4,6 +4,7 @@
 #include <cmath>
 #include <deque>
 #include <functional>
+#include <iterator>
 #include <limits>
 #include <numeric>
 #include <span>
@@ -171,6 +172,140 @@ class SelectionDoubts {
     double worst_ = 0;
 };
 
+/// Where a distance may be.
+struct Range {
+    double low;
+    double high;
+    bool is_exact;
+};
+
+Range range_of(std::span<const double> values, std::span<const double> bounds, std::uint32_t pair) {
+    return {lower(values, bounds, pair), upper(values, bounds, pair), bounds[pair] == 0};
+}
+
+/// Where the two distances of a pair may be.
+struct Place {
+    Range first;
+    Range second;
+};
+
+using Places = std::vector<Place>;
+
+std::uint64_t pairs_of(std::uint64_t things) {
+    return things * (things - 1) / 2;
+}
+
+std::vector<Range> projected(const Places& places, Range Place::*metric) {
+    std::vector<Range> ranges;
+    ranges.reserve(places.size());
+    for (const auto& place : places) {
+        ranges.push_back(place.*metric);
+    }
+    return ranges;
+}
+
+/// How many pairs of ranges meet. O(n log n).
+std::uint64_t count_meeting(std::vector<Range> ranges) {
+    std::ranges::sort(ranges, {}, &Range::low);
+    std::uint64_t count = 0;
+    for (auto range = ranges.begin(); range != ranges.end(); ++range) {
+        const auto beyond =
+            std::ranges::upper_bound(range, ranges.end(), range->high, {}, &Range::low);
+        count += static_cast<std::uint64_t>(beyond - range - 1);
+    }
+    return count;
+}
+
+/// The sum of `of_tie` over all places that have one exact distance under a metric in common.
+template <typename OfTie>
+std::uint64_t sum_over_ties(const Places& places, Range Place::*metric, const OfTie& of_tie) {
+    Places exact;
+    std::ranges::copy_if(places, std::back_inserter(exact),
+                         [=](const Place& place) { return (place.*metric).is_exact; });
+    const auto value = [=](const Place& place) { return (place.*metric).low; };
+    std::ranges::sort(exact, {}, value);
+    std::uint64_t sum = 0;
+    for (auto begin = exact.begin(); begin != exact.end();) {
+        const auto end = std::ranges::upper_bound(begin, exact.end(), value(*begin), {}, value);
+        if (end - begin > 1) {
+            sum += of_tie(Places(begin, end));
+        }
+        begin = end;
+    }
+    return sum;
+}
+
+/// Numbers that are there, out of those that may be; and how many of them are below or above one
+/// (P. Fenwick, "A new data structure for cumulative frequency tables", 1994).
+class Tally {
+  public:
+    explicit Tally(std::vector<double> numbers)
+        : sorted_(std::move(numbers)), sums_(sorted_.size() + 1) {
+        std::ranges::sort(sorted_);
+    }
+
+    void add(double number) { change(number, 1); }
+    void remove(double number) { change(number, -1); }
+    std::int64_t below(double number) const {
+        return sum(std::ranges::lower_bound(sorted_, number));
+    }
+    std::int64_t up_to(double number) const {
+        return sum(std::ranges::upper_bound(sorted_, number));
+    }
+
+  private:
+    using Iterator = std::vector<double>::const_iterator;
+
+    void change(double number, std::int64_t by) {
+        auto i =
+            static_cast<std::size_t>(std::ranges::lower_bound(sorted_, number) - sorted_.begin()) +
+            1;
+        for (; i < sums_.size(); i += i & (~i + 1)) {
+            sums_[i] += by;
+        }
+    }
+
+    std::int64_t sum(Iterator end) const {
+        std::int64_t total = 0;
+        for (auto i = static_cast<std::size_t>(end - sorted_.begin()); i > 0; i -= i & (~i + 1)) {
+            total += sums_[i];
+        }
+        return total;
+    }
+
+    std::vector<double> sorted_;
+    std::vector<std::int64_t> sums_;
+};
+
+/// How many pairs of places meet under both metrics: the ranges of the first metric in ascending
+/// order, each against those before it that reach so far. O(n log n).
+std::uint64_t count_meeting_in_both(const Places& places) {
+    Places by_low = places;
+    Places by_high = places;
+    std::ranges::sort(by_low, {}, [](const Place& place) { return place.first.low; });
+    std::ranges::sort(by_high, {}, [](const Place& place) { return place.first.high; });
+    std::vector<double> lows;
+    std::vector<double> highs;
+    for (const auto& place : places) {
+        lows.push_back(place.second.low);
+        highs.push_back(place.second.high);
+    }
+    Tally low(std::move(lows));
+    Tally high(std::move(highs));
+    std::int64_t count = 0;
+    auto gone = by_high.begin();
+    for (const auto& place : by_low) {
+        for (; gone->first.high < place.first.low; ++gone) {
+            low.remove(gone->second.low);
+            high.remove(gone->second.high);
+        }
+        count += low.up_to(place.second.high) - high.below(place.second.low);
+        low.add(place.second.low);
+        high.add(place.second.high);
+    }
+    return static_cast<std::uint64_t>(count);
+}
+
 }  // namespace
 
 Refinement to_refine(const Distances& distances, std::uint32_t select, std::uint32_t per_material) {
@@ -198,37 +333,32 @@ std::uint64_t count_undecided(const Distances& distances) {
     if (distances.first_bounds.empty() || distances.second_bounds.empty()) {
         return 0;
     }
-    const auto unknown = [](std::span<const double> bounds) {
-        return std::all_of(bounds.begin(), bounds.end(), [](double b) { return std::isinf(b); });
-    };
-    if (unknown(distances.first_bounds) || unknown(distances.second_bounds)) {
-        return distances.configurations();  // one by one that is 10^11 for 1,000 materials
-    }
-    // Calls `found` for every configuration whose two intervals meet and are not both exact.
-    const auto each_meeting = [](std::span<const double> values, std::span<const double> bounds,
-                                 const auto& found) {
-        const auto order = by_lower_end(values, bounds);
-        for (std::size_t i = 0; i < order.size(); ++i) {
-            for (std::size_t j = i + 1; j < order.size() && lower(values, bounds, order[j]) <=
-                                                                upper(values, bounds, order[i]);
-                 ++j) {
-                if (bounds[order[i]] > 0 || bounds[order[j]] > 0) {
-                    found(order[i], order[j]);
-                }
-            }
-        }
-    };
     const auto& d = distances;
-    std::uint64_t count = 0;
-    each_meeting(d.first, d.first_bounds, [&](std::uint32_t, std::uint32_t) { ++count; });
-    each_meeting(d.second, d.second_bounds, [&](std::uint32_t a, std::uint32_t b) {
-        const bool counted =
-            lower(d.first, d.first_bounds, a) <= upper(d.first, d.first_bounds, b) &&
-            lower(d.first, d.first_bounds, b) <= upper(d.first, d.first_bounds, a) &&
-            (d.first_bounds[a] > 0 || d.first_bounds[b] > 0);
-        count += counted ? 0 : 1;
+    std::vector<Place> places(d.pairs());
+    for (std::uint32_t pair = 0; pair < d.pairs(); ++pair) {
+        places[pair] = {range_of(d.first, d.first_bounds, pair),
+                        range_of(d.second, d.second_bounds, pair)};
+    }
+    // Open under the first, under the second, and less those that are counted twice. Two exact
+    // distances are not open, and meet where they are equal.
+    const auto open = [&](Range Place::*metric) {
+        return count_meeting(projected(places, metric)) -
+               sum_over_ties(places, metric,
+                             [](const Places& tie) { return pairs_of(tie.size()); });
+    };
+    const auto tied_and_meeting = [&](Range Place::*tied, Range Place::*meeting) {
+        return sum_over_ties(places, tied, [=](const Places& tie) {
+            return count_meeting(projected(tie, meeting));
+        });
+    };
+    const std::uint64_t same = sum_over_ties(places, &Place::first, [](const Places& tie) {
+        return sum_over_ties(tie, &Place::second,
+                             [](const Places& both) { return pairs_of(both.size()); });
     });
-    return count;
+    const std::uint64_t open_in_both = count_meeting_in_both(places) + same -
+                                       tied_and_meeting(&Place::first, &Place::second) -
+                                       tied_and_meeting(&Place::second, &Place::first);
+    return open(&Place::first) + open(&Place::second) - open_in_both;
 }
 
 }  // namespace merl::scan

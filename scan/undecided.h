@@ -31,8 +31,8 @@ struct Refinement {
 /// the selection.
 Refinement to_refine(const Distances& distances, std::uint32_t select, std::uint32_t per_material);
 
-/// Configurations whose sign the bounds cannot decide under at least one metric. Counts them one by
-/// one: O(P log P) and their number.
+/// Configurations whose sign the bounds cannot decide under at least one metric. O(P log P),
+/// however many there are.
 std::uint64_t count_undecided(const Distances& distances);
 
 }  // namespace merl::scan

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <set>
 
 #include "scan/crossed_bootstrap.h"
 #include "scan/krippendorff.h"
@@ -58,8 +59,9 @@ MaterialsOf number_materials(const Votes& votes, TrialKind kind) {
 
 class Statistics {
   public:
-    Statistics(const Votes& votes, const BootstrapOptions& options)
-        : votes_(votes), options_(options), looks_(first_looks(votes)) {}
+    Statistics(const Votes& votes, const BootstrapOptions& options,
+               const std::function<void(double share)>& progress)
+        : votes_(votes), options_(options), progress_(progress), looks_(first_looks(votes)) {}
 
     VoteStatistics compute() const {
         VoteStatistics result{};
@@ -79,6 +81,17 @@ class Statistics {
     }
 
   private:
+    /// The progress of one bootstrap of five: two of the selection, two of random configurations,
+    /// and alpha's.
+    std::function<void(double share)> next_part() const {
+        const int part = parts_++;
+        return [this, part](double share) {
+            if (progress_) {
+                progress_((part + share) / 5);
+            }
+        };
+    }
+
     bool has(TrialKind kind) const {
         return std::ranges::any_of(votes_.configurations,
                                    [&](const auto& c) { return c.kind == kind; });
@@ -110,6 +123,8 @@ class Statistics {
             auto& row = result.configurations.back();
             const auto n = row.sides.answered();
             if (n == 0) {
+                p_first.push_back(1);
+                p_second.push_back(1);
                 continue;
             }
             const auto& test = tests.try_emplace(n, static_cast<std::uint32_t>(n)).first->second;
@@ -119,19 +134,17 @@ class Statistics {
         }
         const auto first = holm(p_first);
         const auto second = holm(p_second);
-        std::size_t tested = 0;
         for (std::size_t i = begin; i < result.configurations.size(); ++i) {
             auto& row = result.configurations[i];
             if (row.sides.answered() > 0) {
-                row.p_first_holm = first[tested];
-                row.p_second_holm = second[tested];
-                ++tested;
+                row.p_first_holm = first[i - begin];
+                row.p_second_holm = second[i - begin];
             }
         }
     }
 
     /// The bootstrapped shares of the votes for one side on configurations of this kind.
-    std::vector<double> bootstrapped(TrialKind kind, const MaterialsOf& materials,
+    std::vector<double> shares_drawn(TrialKind kind, const MaterialsOf& materials,
                                      std::uint8_t side) const {
         std::vector<CrossedValue> values;
         for (std::uint32_t j = 0; j < looks_.size(); ++j) {
@@ -142,7 +155,7 @@ class Statistics {
             }
         }
         return crossed_bootstrap(values, static_cast<std::uint32_t>(looks_.size()),
-                                 materials.configurations, materials.count, options_);
+                                 materials.configurations, materials.count, options_, next_part());
     }
 
     OverallVotes overall(const VoteStatistics& result, TrialKind kind) const {
@@ -168,6 +181,36 @@ class Statistics {
         return o;
     }
 
+    /// Judges who voted on any configuration of a kind.
+    std::uint64_t judges_of(TrialKind kind) const {
+        std::uint64_t judges = 0;
+        for (std::size_t j = 0; j < looks_.size(); ++j) {
+            judges += sides_of_judge(j, kind).answered() > 0 ? 1 : 0;
+        }
+        return judges;
+    }
+
+    /// Why the votes on configurations of a kind are too few for intervals; empty if they are not.
+    std::string too_few_votes(TrialKind kind) const {
+        std::uint64_t configurations = 0;
+        std::set<std::string> materials;
+        for (std::uint32_t k = 0; k < votes_.configurations.size(); ++k) {
+            const auto& configuration = votes_.configurations[k];
+            if (configuration.kind == kind && sides_of(k).answered() > 0) {
+                ++configurations;
+                materials.insert(configuration.materials.begin(), configuration.materials.end());
+            }
+        }
+        for (const auto& reason :
+             {too_few(judges_of(kind), "judges"), too_few(configurations, "configurations"),
+              too_few(materials.size(), "materials")}) {
+            if (!reason.empty()) {
+                return reason;
+            }
+        }
+        return {};
+    }
+
     /// Shares and lead. The same draws give all of them, and the other two follow from those of the
     /// metrics.
     void add_shares(OverallVotes& o, TrialKind kind) const {
@@ -175,9 +218,13 @@ class Statistics {
             return static_cast<double>(o.sides.votes.at(option)) /
                    static_cast<double>(o.sides.answered());
         };
+        const std::string reason = too_few_votes(kind);
         const auto materials = number_materials(votes_, kind);
-        const auto first = bootstrapped(kind, materials, 1);
-        const auto second = bootstrapped(kind, materials, 3);
+        const auto draw = [&](std::uint8_t side) {
+            return reason.empty() ? shares_drawn(kind, materials, side) : std::vector<double>();
+        };
+        const auto first = draw(1);
+        const auto second = draw(3);
         const auto combine = [&](double constant, double of_first, double of_second) {
             std::vector<double> values;
             for (std::size_t i = 0; i < first.size(); ++i) {
@@ -186,24 +233,33 @@ class Statistics {
             return values;
         };
         const auto leads = combine(0, -1, 1);
-        o.shares = {{{share(0), interval_within(first, 0)},
-                     {share(1), interval_within(combine(1, -1, -1), 0)},
-                     {share(2), interval_within(second, 0)}}};
-        o.lead = {share(2) - share(0), interval_within(leads, -1)};
-        // Draws that are as far from the votes as the votes are from no lead.
-        const auto far = std::ranges::count_if(leads, [&](double lead) {
-            return std::abs(lead - o.lead.value) >= std::abs(o.lead.value);
-        });
-        o.p_value = looks_.size() < 2 || leads.empty()
-                        ? none
-                        : static_cast<double>(far + 1) / static_cast<double>(leads.size() + 1);
+        o.shares = {within(0, bootstrapped(share(0), first, reason)),
+                    within(0, bootstrapped(share(1), combine(1, -1, -1), reason)),
+                    within(0, bootstrapped(share(2), second, reason))};
+        o.lead = within(-1, bootstrapped(share(2) - share(0), leads, reason));
+        o.p_value = p_of_lead(o.lead, leads, kind);
     }
 
-    /// A percentile interval that does not go beyond what the figure can be, `least` to 1.
-    static Interval interval_within(const std::vector<double>& values, double least) {
-        const auto [low, high] = percentile_interval(values);
-        return {std::isnan(low) ? low : std::clamp(low, least, 1.0),
-                std::isnan(high) ? high : std::clamp(high, least, 1.0)};
+    /// Draws that are as far from the votes as the votes are from no lead. However few draws these
+    /// are, judges who all agree may do so by chance: as with as many throws of a coin.
+    double p_of_lead(const Estimate& lead, const std::vector<double>& leads, TrialKind kind) const {
+        if (!lead.too_few.empty()) {
+            return none;
+        }
+        const auto far = std::ranges::count_if(
+            leads, [&](double x) { return std::abs(x - lead.value) >= std::abs(lead.value); });
+        return std::max(sign_test(judges_of(kind), 0),
+                        static_cast<double>(far + 1) / static_cast<double>(leads.size() + 1));
+    }
+
+    /// With an interval that does not go beyond what the figure can be, `least` to 1.
+    static Estimate within(double least, Estimate estimate) {
+        auto& [low, high] = estimate.interval;
+        if (estimate.too_few.empty()) {
+            low = std::clamp(low, least, 1.0);
+            high = std::clamp(high, least, 1.0);
+        }
+        return estimate;
     }
 
     OptionCounts sides_of_judge(std::size_t judge, TrialKind kind) const {
@@ -226,7 +282,7 @@ class Statistics {
                                  static_cast<std::uint32_t>(votes[2])});
             }
         }
-        return ordinal_alpha(units, options_);
+        return ordinal_alpha(units, options_, next_part());
     }
 
     void add_judges(VoteStatistics& result) const {
@@ -305,6 +361,8 @@ class Statistics {
 
     const Votes& votes_;
     const BootstrapOptions& options_;
+    const std::function<void(double share)>& progress_;
+    mutable int parts_ = 0;  // of the bootstraps that have begun
     std::vector<std::vector<std::uint8_t>> looks_;
 };
 
@@ -335,8 +393,9 @@ Estimate Checks::share() const {
              passed == answered ? 1 : Binomial::find_upper_bound_on_p(n, k, 0.025)}};
 }
 
-VoteStatistics vote_statistics(const Votes& votes, const BootstrapOptions& options) {
-    return Statistics(votes, options).compute();
+VoteStatistics vote_statistics(const Votes& votes, const BootstrapOptions& options,
+                               const std::function<void(double share)>& progress) {
+    return Statistics(votes, options, progress).compute();
 }
 
 }  // namespace merl::scan

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <span>
 #include <string>
@@ -25,7 +26,8 @@ struct OptionCounts {
 };
 
 /// What the votes say about one configuration. p-values: SPEC 6, one-sided, exact; not numbers
-/// where nobody voted. Holm's correction is over all configurations of the same kind with votes.
+/// where nobody voted. Holm's correction is over all configurations of the same kind: those without
+/// votes count, with a p-value of 1, for which hypotheses are tested is settled before the votes.
 struct ConfigurationVotes {
     std::uint32_t configuration;  ///< index in Votes::configurations
     OptionCounts sides;
@@ -75,8 +77,10 @@ struct OverallVotes {
     OptionCounts sides;
     std::array<Estimate, 3> shares;  ///< of the votes: first metric, equal, second metric
     Estimate lead;                   ///< share of the second minus share of the first
-    double p_value;                  ///< two-sided, that the lead is 0; not a number for one judge
-    std::uint64_t judges_first;      ///< judges with more votes for the first metric
+    /// Two-sided, that the lead is 0, and no less than the sign test of as many judges can give.
+    /// Not a number where the lead has no interval.
+    double p_value;
+    std::uint64_t judges_first;  ///< judges with more votes for the first metric
     std::uint64_t judges_second;
     double judges_p;            ///< exact sign test of these
     std::uint64_t first_right;  ///< configurations with a majority for the first metric
@@ -99,7 +103,9 @@ struct VoteStatistics {
 /// A level of significance; SPEC 6 has it.
 inline constexpr double significance = 0.05;
 
-/// All figures. Nothing depends on the number of threads.
-VoteStatistics vote_statistics(const Votes& votes, const BootstrapOptions& options);
+/// All figures. Nothing depends on the number of threads. `progress` is called with the share that
+/// is done; what it throws comes out.
+VoteStatistics vote_statistics(const Votes& votes, const BootstrapOptions& options,
+                               const std::function<void(double share)>& progress = {});
 
 }  // namespace merl::scan

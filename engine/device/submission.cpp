@@ -9,7 +9,6 @@
 namespace merl::device {
 namespace {
 
-constexpr std::uint32_t kMaxMarks = 32;
 constexpr std::uint64_t kWaitNanoseconds = 3'600'000'000'000;  // an hour: longer means a hang
 
 using Access = vk::AccessFlagBits;
@@ -22,6 +21,7 @@ struct Submission::Handles {
     vk::raii::CommandBuffer commands = nullptr;
     vk::raii::Fence fence = nullptr;
     vk::raii::QueryPool queries = nullptr;
+    std::uint32_t most_marks = 0;
     std::uint32_t marks = 0;
     bool recording = false;
     bool running = false;
@@ -32,8 +32,10 @@ struct Submission::Handles {
     }
 };
 
-Submission::Submission(Context& context) : handles_(std::make_unique<Handles>()) {
+Submission::Submission(Context& context, std::uint32_t most_marks)
+    : handles_(std::make_unique<Handles>()) {
     auto& h = *handles_;
+    h.most_marks = most_marks;
     h.context = &context.handles();
     auto& c = *h.context;
     guarded("creating a command buffer", [&] {
@@ -42,7 +44,7 @@ Submission::Submission(Context& context) : handles_(std::make_unique<Handles>())
                 .front());
         h.fence = {c.device, vk::FenceCreateInfo()};
         if (c.timestamp_seconds > 0) {
-            h.queries = {c.device, {{}, vk::QueryType::eTimestamp, kMaxMarks}};
+            h.queries = {c.device, {{}, vk::QueryType::eTimestamp, most_marks}};
         }
     });
 }
@@ -64,7 +66,7 @@ void Submission::begin() {
     h.commands.reset();
     h.commands.begin(vk::CommandBufferBeginInfo());
     if (*h.queries) {
-        h.commands.resetQueryPool(*h.queries, 0, kMaxMarks);
+        h.commands.resetQueryPool(*h.queries, 0, h.most_marks);
     }
     // The shared buffers may still be read or written by the submission before this one.
     h.barrier(
@@ -124,7 +126,10 @@ void Submission::download(const Buffer& buffer, std::uint64_t bytes) {
 
 void Submission::mark() {
     auto& h = *handles_;
-    if (*h.queries && h.marks < kMaxMarks) {
+    if (h.marks == h.most_marks) {
+        throw std::logic_error(fmt::format("more than {} marks in a submission", h.most_marks));
+    }
+    if (*h.queries) {
         h.commands.writeTimestamp(Stage::eBottomOfPipe, *h.queries, h.marks);
     }
     ++h.marks;
@@ -161,7 +166,7 @@ void Submission::wait() {
 std::vector<double> Submission::seconds() const {
     const auto& h = *handles_;
     std::vector<double> result(h.marks > 0 ? h.marks - 1 : 0, 0.0);
-    if (!*h.queries || h.marks < 2 || h.marks > kMaxMarks) {
+    if (!*h.queries || h.marks < 2) {
         return result;
     }
     const auto [status, ticks] = h.queries.getResults<std::uint64_t>(

@@ -18,7 +18,8 @@ namespace merl::device {
 /// every buffer that was downloaded.
 class Submission {
   public:
-    explicit Submission(Context& context);
+    /// `most_marks` is how often mark() may be called.
+    explicit Submission(Context& context, std::uint32_t most_marks = 2);
     ~Submission();
     Submission(Submission&&) noexcept;
     Submission& operator=(Submission&&) noexcept;
@@ -36,7 +37,8 @@ class Submission {
     /// Makes the first `bytes` of `buffer` visible in its host view once wait() returns.
     void download(const Buffer& buffer, std::uint64_t bytes);
 
-    /// A point in time: seconds() gives the time between each mark and the next. At most 32.
+    /// A point in time: seconds() gives the time between each mark and the next. Throws
+    /// std::logic_error when there are too many.
     void mark();
 
     void submit();

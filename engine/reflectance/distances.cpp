@@ -31,7 +31,8 @@ class Clock {
 
 /// A slab in flight: its buffers, and the commands that work on them.
 struct Slot {
-    explicit Slot(device::Context& context) : submission(context) {}
+    Slot(device::Context& context, std::size_t device_metrics)
+        : submission(context, static_cast<std::uint32_t>(1 + 2 * device_metrics)) {}
 
     std::optional<SlabBuffers> buffers;          // where a metric has no twin
     std::vector<DeviceWork::Products> products;  // per metric of the device
@@ -64,7 +65,7 @@ class Computation {
             }
         }
         for (int i = 0; i < 2; ++i) {
-            Slot& slot = slots_.emplace_back(context);
+            Slot& slot = slots_.emplace_back(context, works_.size());
             if (scratch_.grid) {
                 slot.buffers.emplace(context, plan);
             }

@@ -4,7 +4,9 @@
 // metric (metric.cpp.in): GLM gives the types and functions of GLSL, shaders/lib/numerics.glsl is
 // the same file, and `float` means double in what follows.
 
+#include <bit>
 #include <cmath>
+#include <cstdint>
 #include <glm/common.hpp>
 #include <glm/exponential.hpp>
 #include <glm/geometric.hpp>
@@ -27,6 +29,16 @@ using single = float;
 using vec2 = glm::dvec2;
 using vec3 = glm::dvec3;
 using vec4 = glm::dvec4;
+
+/// What numerics.glsl has for a double: 0x553e0000 less a third of the upper half of its bits. A
+/// double has room for both halves as numbers, with which there are vector instructions.
+double inverse_cube_root_seed(double x) {
+    constexpr double kUnit = 0x1p52;  // plus a smaller whole number: that is in its lower bits
+    const double upper =
+        std::bit_cast<double>((std::bit_cast<std::uint64_t>(x) >> 32U) | 0x4330000000000000U);
+    const double seed = upper * (-1.0 / 3) + (1.5 * kUnit + kUnit / 3 + 0x553e0000);
+    return std::bit_cast<double>(std::bit_cast<std::uint64_t>(seed) << 32U);
+}
 
 #include "lib/numerics.glsl"
 

@@ -20,6 +20,13 @@ constexpr std::uint64_t kBlocksAtATime = 256;
 /// cache.
 constexpr std::uint64_t kThreadBytes = 16ULL << 20U;
 
+/// A sum of this or more has all its digits, whatever its terms lost below 2^-1022.
+constexpr double kSmallestSum = 0x1p-900;
+
+/// What samples are multiplied with where their sum is smaller: then the square of the smallest
+/// difference that there is, 2^-1074, is in range, and so are those of a sum below kSmallestSum.
+constexpr int kScaleExponent = 600;
+
 /// The materials of the pairs of all requests or parts, ascending.
 std::vector<std::uint32_t> materials_of(const auto& requests) {
     std::vector<bool> there;
@@ -42,6 +49,7 @@ std::vector<std::uint32_t> materials_of(const auto& requests) {
 /// Some of the pairs that are asked for, under one metric.
 struct Part {
     const Metric* metric;
+    double scale;                          // as ReferenceRequest::scale
     std::vector<MaterialPair> pairs;       // as places in Pass::materials
     std::vector<std::uint32_t> materials;  // of these pairs, likewise
     std::vector<std::size_t> places;       // of each pair among all that are asked for
@@ -92,7 +100,7 @@ Pass make_pass(std::span<const ReferenceRequest> requests, std::span<const std::
     Pass pass;
     std::size_t place = 0;
     for (const auto& request : requests) {
-        Part part = {request.metric, {}, {}, {}};
+        Part part = {request.metric, request.scale, {}, {}, {}};
         for (const auto& [a, b] : request.pairs) {
             if ((is_in(one, a) && is_in(other, b)) || (is_in(one, b) && is_in(other, a))) {
                 part.pairs.emplace_back(a, b);
@@ -176,6 +184,13 @@ void sum_slab(const Database& database, const Pass& pass, const Slab& slab, Work
             for (const auto material : part.materials) {
                 metric.twin.transform(metric.parameters, of_block, work.samples[material][block],
                                       grid[material]);
+                if (part.scale != 1) {
+                    for (auto& channel : grid[material]) {
+                        std::ranges::transform(channel, channel.begin(), [&](double sample) {
+                            return sample * part.scale;
+                        });
+                    }
+                }
             }
             for (std::size_t p = 0; p < part.pairs.size(); ++p) {
                 const auto [a, b] = part.pairs[p];
@@ -217,6 +232,41 @@ void sum_pass(const Database& database, const Domain& domain, const VoxelList& l
     for (const auto& part : pass.parts) {
         for (const auto place : part.places) {
             totals[place] = *sum++;
+        }
+    }
+}
+
+/// Computes again, scaled, the distances whose sums are too small. They are those of copies, too,
+/// where all differences are 0. Powers below one are in range whatever they are of.
+void recompute_smallest(const Database& database, std::span<const ReferenceRequest> requests,
+                        VoxelSet set, const std::function<void(double)>& progress,
+                        std::uint64_t memory_bytes, std::vector<std::vector<double>>& distances) {
+    const double least = std::sqrt(kSmallestSum / static_cast<double>(database.grid().voxels()));
+    const auto is_small = [=](const ReferenceRequest& request, double distance) {
+        return request.scale == 1 && request.metric->header.degree >= 1 && distance < least;
+    };
+    std::vector<ReferenceRequest> again;
+    bool any = false;
+    for (std::size_t r = 0; r < requests.size(); ++r) {
+        auto& scaled = again.emplace_back(
+            ReferenceRequest{requests[r].metric, {}, std::ldexp(1.0, kScaleExponent)});
+        for (std::size_t p = 0; p < requests[r].pairs.size(); ++p) {
+            if (is_small(requests[r], distances[r][p])) {
+                scaled.pairs.push_back(requests[r].pairs[p]);
+                any = true;
+            }
+        }
+    }
+    if (!any) {
+        return;
+    }
+    const auto recomputed = reference_distances(database, again, set, progress, memory_bytes);
+    for (std::size_t r = 0; r < requests.size(); ++r) {
+        auto next = recomputed[r].begin();
+        for (double& distance : distances[r]) {
+            if (is_small(requests[r], distance)) {
+                distance = *next++;
+            }
         }
     }
 }
@@ -265,11 +315,13 @@ std::vector<std::vector<double>> reference_distances(const Database& database,
     for (const auto& request : requests) {
         auto& distances = result.emplace_back();
         distances.reserve(request.pairs.size());
+        const double scale = std::pow(request.scale, request.metric->header.degree / 2);
         for (std::size_t p = 0; p < request.pairs.size(); ++p) {
             distances.push_back(
-                std::sqrt(*total++ / static_cast<double>(database.grid().voxels())));
+                std::sqrt(*total++ / static_cast<double>(database.grid().voxels())) / scale);
         }
     }
+    recompute_smallest(database, requests, set, progress, memory_bytes, result);
     return result;
 }
 

@@ -2,7 +2,8 @@
 // their usual names. Relative errors are below 2e-15 (tests/engine/float64_test.cpp) unless said
 // otherwise. In C++ the standard library has them all, so there this file is not compiled.
 //
-// The polynomials are those of FDLIBM (Sun Microsystems 1993). Results below 2^-1022 are 0.
+// The polynomials are those of FDLIBM (Sun Microsystems 1993). Results below 2^-1022 are 0 or
+// subnormal.
 
 const double kPiHalf = 1.57079632679489661923lf;
 const double kLn2 = 0.69314718055994530942lf;
@@ -76,7 +77,7 @@ double scaled_exp64(double r, int k) {
         uvec2 bits = unpackDouble2x32(y * power_of_two64(1023));
         return k > 1024 || y >= 1.0lf ? infinity64() : packDouble2x32(bits + uvec2(0u, 0x100000u));
     }
-    return k < -1021 ? 0.0lf : y * power_of_two64(k);
+    return k < -1022 ? 0.0lf : y * power_of_two64(k);
 }
 
 double exp(double x) {

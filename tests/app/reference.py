@@ -1,5 +1,6 @@
 """The science of a scan in plain Python, from SPEC alone: slow, float64, and nothing of the C++."""
 
+import decimal
 import math
 
 SCALE = (1 / 1500, 1.15 / 1500, 1.66 / 1500)
@@ -83,6 +84,50 @@ def distances(metric, materials, grid):
         for first, one in enumerate(grids)
         for other in grids[first + 1 :]
     ]
+
+
+def exact_distances(metric, materials, grid):
+    """The same in 50 digits and without a range, from the samples and the weights as float64 has
+    them; for numbers that are all zero or more, and far below white where it is PAWCIELAB."""
+    context = decimal.Context(prec=50, Emin=-999999, Emax=999999)
+    with decimal.localcontext(context):
+        exact = decimal.Decimal
+        third = exact(1) / 3
+        count = grid[0] * grid[1] * grid[2]
+        visited = above_horizon(grid)
+        geometry = domain(grid)
+        weight = METRICS[metric][1]
+        weights = [exact(weight(*geometry[k])) for k in visited]
+
+        def root(x):
+            return x**third if x else x
+
+        def exact_lab(rgb):
+            matrix = (("0.412453", "0.357580", "0.180423"), ("0.212671", "0.715160", "0.072169"),
+                      ("0.019334", "0.119193", "0.950227"))
+            xyz = [sum(exact(m) * c for m, c in zip(row, rgb)) for row in matrix]
+            scaled = [x / exact(white) for x, white in zip(xyz, ("95.047", "100", "108.883"))]
+            knee = (exact(24) / 116) ** 3
+            f = [root(t) - exact(16) / 116 if t > knee else exact(841) / 108 * t for t in scaled]
+            return 116 * f[1], 500 * (f[0] - f[1]), 200 * (f[1] - f[2])
+
+        def transformed(numbers):
+            planes = [[exact(x * scale) for x in numbers[c * count : (c + 1) * count]]
+                      for c, scale in enumerate(SCALE)]
+            rgbs = [(planes[0][k], planes[1][k], planes[2][k]) for k in visited]
+            return [exact_lab(rgb) for rgb in rgbs] if metric == "pawcielab" else rgbs
+
+        def difference(f, g):
+            if metric == "cwcbrt":
+                return sum(root(abs(a - b)) ** 2 for a, b in zip(f, g))
+            return sum((a - b) ** 2 for a, b in zip(f, g))
+
+        grids = [transformed(numbers) for numbers in materials]
+        return [
+            (sum(w * difference(f, g) for w, f, g in zip(weights, one, other)) / count).sqrt()
+            for first, one in enumerate(grids)
+            for other in grids[first + 1 :]
+        ]
 
 
 def sign(x):

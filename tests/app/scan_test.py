@@ -1,5 +1,6 @@
 """merl-scan scan on databases that it can use: what it computes, writes and prints."""
 
+import decimal
 import math
 import re
 import shutil
@@ -510,6 +511,58 @@ class Exact(ScanCase):
         self.assertEqual(fast["undecided_in_float32"], exact["undecided_in_float32"])
         self.assertLessEqual(abs(fast["disagreements"] - exact["disagreements"]),
                              fast["undecided_in_float32"])
+
+
+class Range(ScanCase):
+    """Samples of any size that float64 has: what is called float64 is as good as float64 can be,
+    and the bounds of the others hold."""
+
+    GRID = (4, 3, 5)
+
+    def compared(self, scales, metrics, out):
+        """Scans materials of these sizes; checks the distances; returns the exact pairs."""
+        materials = {f"m{i:02}": [x * scale for x in samples(i, self.GRID)]
+                     for i, scale in enumerate(scales)}
+        if not (self.work / out).exists():
+            write_database(self.work / out, materials, self.GRID)
+        results = self.scan("--database", out, "--metrics", ",".join(metrics), "--quiet",
+                            out=f"{out}-{metrics[0]}")
+        _, rows = read_csv(results / "pairs.csv")
+        exact = [reference.exact_distances(metric, materials.values(), self.GRID)
+                 for metric in metrics]
+        for row, *distances in zip(rows, *exact, strict=True):
+            for column, distance in enumerate(distances):
+                found, bound = (decimal.Decimal(row[i]) for i in (2 + column, 4 + column))
+                allowed = bound + distance * decimal.Decimal("1e-13")
+                self.assertLessEqual(abs(found - distance), allowed, (metrics[column], row))
+        written = reference.disagreements([(*row[:2], *map(decimal.Decimal, row[2:4]))
+                                           for row in rows])
+        listed = read_csv(results / "disagreements.csv")[1]
+        self.assertEqual(sorted(row[:4] for row in listed),
+                         sorted([*left[:2], *right[:2]] for left, right, _ in written))
+        return results, [(*row[:2], *distances) for row, *distances in zip(rows, *exact)]
+
+    def test_tiny(self):
+        for exponent in 20, 30, 35, 37, 40, 100, 160, 200, 300:
+            for metrics in ("cwcbrt", "pawcielab"), ("rmse", "cosine-rmse"):
+                with self.subTest(exponent=exponent, metrics=metrics):
+                    scales = [10.0**-exponent * (1 + i / 8) for i in range(6)]
+                    results, pairs = self.compared(scales, metrics, f"tiny{exponent}")
+                    ranked = reference.disagreements(pairs)
+                    chosen = reference.selection(ranked, 100, 10)
+                    rows = read_csv(results / "selection.csv")[1]
+                    self.assertEqual([row[1:5] for row in rows],
+                                     [[*left[:2], *right[:2]] for left, right, _ in chosen])
+                    self.assertEqual(read_json(results / "summary.json")["disagreements"],
+                                     len(ranked))
+                    for precisions in precisions_of(results).values():
+                        self.assertEqual(set(precisions), {"float64"})
+
+    def test_tiny_and_huge_together(self):
+        scales = [1e-300, 2e-300, 1e-200, 1e-160, 1e-35, 1e-37, 1e-20, 1, 2, 1e9]
+        for metrics in ("cwcbrt", "rmse"), ("rmse", "cosine-rmse"):
+            self.compared(scales, metrics, "mixed")
+        self.compared(scales[:-3], ("cwcbrt", "pawcielab"), "dark")
 
 
 class SameNumbers(ScanCase):

@@ -90,6 +90,9 @@ class Score(Case):
             self.assertAlmostEqual(float(row["votes"]), votes, 14)
             self.assertTrue(slope_is_best(rows, self.under(metric), float(row["slope"])))
             for figure in "majorities", "votes", "slope", "log_likelihood_per_vote":
+                if int(row["ties"]) == len(rows):  # nothing that could differ between samples
+                    self.assertEqual((row[figure + "_low"], row[figure + "_high"]), ("", ""))
+                    continue
                 self.assertLessEqual(float(row[figure + "_low"]), float(row[figure]))
                 self.assertGreaterEqual(float(row[figure + "_high"]), float(row[figure]))
         summary = read_json(results / "summary.json")
@@ -205,6 +208,24 @@ class Score(Case):
         self.assertEqual((row["majorities_low"], row["slope_high"]), ("", ""))
         self.assertIsNone(read_json(results / "summary.json")["metrics"][0]["votes"]["low"])
         self.assertEqual(read_csv(results / "score_pairs.csv")[1], [])
+
+    def test_too_few_for_certainty(self):
+        names = sorted(NAMES)
+        write_rows(self.work / "votes.csv", REFERENCE,
+                   [[names[0], a, b, 9, 0] for a, b in itertools.combinations(names[1:], 2)])
+        results = self.score()
+        reason = "clusters: 1; expected 5 or more"
+        self.assertIn("[too few]", self.output)
+        self.assertIn(f"{reason}, for intervals and p-values", self.output)
+        self.assertIn("p from too few", self.output)
+        summary = read_json(results / "summary.json")
+        self.assertEqual(summary["bootstrap"]["too_few"], reason)
+        for metric in summary["metrics"]:
+            self.assertEqual((metric["votes"]["low"], metric["votes"]["too_few"]), (None, reason))
+        header, pairs = read_csv(results / "score_pairs.csv")
+        for row in pairs:
+            row = dict(zip(header, row))
+            self.assertEqual((row["p_value"], row["p_holm"], row["difference_low"]), ("", "", ""))
 
     def test_a_metric_that_is_always_right(self):
         near, far = sorted(self.distance, key=lambda pair: self.distance[pair][0])[:2]

@@ -179,6 +179,51 @@ class Votes(Case):
         other = read_json(self.work / "again" / "summary.json")["figures"]
         self.assertNotEqual(other["selection"]["lead"], figures["selection"]["lead"])
 
+    def assert_too_few(self, files, reason, judges_p, out):
+        """No interval and no overall p anywhere, but the reason."""
+        output = self.assert_success("votes", *files, "--selection", self.selection, "--out", out)
+        self.assertIn("overall p from too few (judges and materials as clusters)", output)
+        self.assertIn(f"sign test p {judges_p}\n", output)
+        self.assertIn(f"too few for intervals: {reason}\n", output)
+        self.assertNotRegex(output, r"(right|equal) .*\[\d")
+        selection = read_json(self.work / out / "summary.json")["figures"]["selection"]
+        self.assertEqual((selection["p_value"], selection["too_few"]), (None, reason))
+        for estimate in *selection["shares"], selection["lead"]:
+            self.assertEqual((estimate["low"], estimate["high"]), (None, None))
+            self.assertEqual(estimate["too_few"], reason)
+        return output
+
+    def test_too_few_for_certainty(self):
+        rows = self.select([f"m{i:02}" for i in range(45)])
+        def judges(count, votes, side):
+            return [self.write_judge(f"{count}-{j}", self.trials(rows[:votes], side))
+                    for j in range(count)]
+        three = judges(3, 1, lambda _: 3)
+        output = self.assert_too_few(three, "judges: 3; expected 5 or more", 0.25, "three")
+        self.assertIn("1.000 [too few]", output)
+        # Holm's correction is for all 100, not for the one that was voted on.
+        self.assertIn("with Holm's correction for all of them: two 0, one 0", output)
+        significance = read_json(self.work / "three" / "summary.json")["figures"]["significance"]
+        self.assertEqual((significance["configurations"], significance["holm"]), (100, [0, 0]))
+        header, table = read_csv(self.work / "three" / "configurations.csv")
+        self.assertEqual(dict(zip(header, table[0]))["p_two_holm"], "1")
+        if CHROMIUM is not None:
+            with Browser() as browser:
+                browser.open(self.work / "three" / "votes.html")
+                self.assertEqual(browser.complaints(), [])
+                self.assertIn("100.0 % [too few]", browser.text("#shares"))
+                self.assertIn("too few votes for intervals and an overall p (judges: 3; expected 5 "
+                              "or more)", browser.text("#overall"))
+        few = "judges: {}; expected 5 or more"
+        self.assert_too_few(judges(1, 100, lambda k: 1 + k % 3), few.format(1), 1, "one")
+        self.assert_too_few(judges(2, 100, lambda k: 3), few.format(2), 0.5, "two")
+        alike = "all bootstrap samples are alike"
+        self.assert_too_few(judges(6, 100, lambda _: 3), alike, 0.031, "alike")
+        self.assert_too_few(judges(7, 100, lambda _: 2), alike, 1, "equal")
+        self.assert_too_few(judges(8, 1, lambda _: 3), "configurations: 1; expected 5 or more",
+                            0.0078, "configuration")
+        self.assert_too_few(judges(9, 100, lambda _: None), few.format(0), 1, "nobody")
+
     def test_missing_trials_count(self):
         rows = self.select([f"m{i}" for i in range(9)], 20)
         count = len(rows)

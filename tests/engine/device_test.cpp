@@ -121,6 +121,18 @@ TEST(Submission, BeyondTheLimitsIsABugOfThePlanner) {
     EXPECT_THROW(work.dispatch(bound, std::span(push).first(3), 1, 1), std::logic_error);
 }
 
+TEST(Submission, HasAsManyMarksAsItWasMadeFor) {
+    Submission work(test::lavapipe(), 40);
+    work.begin();
+    for (int i = 0; i < 40; ++i) {
+        work.mark();
+    }
+    EXPECT_THROW(work.mark(), std::logic_error);
+    work.submit();
+    work.wait();
+    EXPECT_EQ(work.seconds().size(), 39U);
+}
+
 TEST(Context, ChoosesByIndexAndByPartOfTheName) {
     const auto devices = list_devices();
     ASSERT_FALSE(devices.empty());

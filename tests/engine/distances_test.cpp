@@ -238,6 +238,15 @@ TEST(Distances, NegativeSamplesCountAsZeroAndAreCounted) {
     EXPECT_EQ(zeros.counts[1].negative, 0U);
 }
 
+TEST(Distances, TheDeviceIsTimedHoweverManyMetricsThereAre) {
+    const FunctionDatabase database({.theta_h = 13, .theta_d = 11, .phi_d = 17}, 5,
+                                    test::random_sample);
+    const std::vector<const Metric*> many(17, &find_metric("rmse"));
+    const auto result = compute_distances(test::lavapipe(), database, many, {.shaders_only = true});
+    EXPECT_GT(result.seconds.difference, 0);
+    EXPECT_GT(result.seconds.transform, 0);
+}
+
 TEST(Distances, ProgressReachesOneAndItsExceptionEndsTheWork) {
     const FunctionDatabase database({.theta_h = 30, .theta_d = 20, .phi_d = 24}, 3,
                                     test::random_sample);

@@ -1,9 +1,10 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 
-// Applies one function of shaders/lib/float64.glsl to every number, or pair of numbers.
+// Applies one float64 function of shaders/lib/ to every number, or pair of numbers.
 
 #include "lib/float64.glsl"
+#include "lib/numerics.glsl"
 
 layout(local_size_x = 64) in;
 layout(constant_id = 0) const uint function = 0;
@@ -31,6 +32,8 @@ void main() {
         case 9: y[i] = acos(a); break;
         case 10: y[i] = atan(a); break;
         case 11: y[i] = atan(a, b); break;
+        case 12: y[i] = cube_root(a); break;
+        case 13: y[i] = two_thirds_power(a); break;
         default: y[i] = 0.0;
     }
 }

@@ -27,14 +27,16 @@ enum Function : std::uint32_t {
     kAsin,
     kAcos,
     kAtan,
-    kAtan2
+    kAtan2,
+    kCubeRoot,
+    kTwoThirdsPower
 };
 
 struct Pair {
     double a = 0, b = 0;
 };
 
-/// Runs one function of shaders/lib/float64.glsl on the device.
+/// Runs one function on the device.
 std::vector<double> on_device(Function function, const std::vector<Pair>& x) {
     auto& context = test::lavapipe();
     const std::uint64_t bytes = x.size() * sizeof(Pair);
@@ -133,6 +135,53 @@ TEST(Float64, Powers) {
     EXPECT_LT(largest_error(kPow, large, pow), (3 + 90) * 4e-16);
     EXPECT_EQ(on_device(kPow, {{0, 0.5}, {2, 10}, {5, 0}}), (std::vector<double>{0, 1024, 1}));
     EXPECT_TRUE(std::isnan(on_device(kPow, {{-1, 0.5}})[0]));
+}
+
+/// Normal numbers of every exponent: its smallest, its largest, and some between.
+std::vector<Pair> of_every_exponent() {
+    std::mt19937_64 random(1);
+    std::vector<Pair> x;
+    for (int exponent = -1022; exponent < 1024; ++exponent) {
+        x.push_back({std::ldexp(1.0, exponent), 0});
+        x.push_back({std::ldexp(2 - 0x1p-52, exponent), 0});
+        for (int i = 0; i < 30; ++i) {
+            x.push_back(
+                {std::ldexp(1 + static_cast<double>(random() >> 12U) * 0x1p-52, exponent), 0});
+        }
+    }
+    return x;
+}
+
+TEST(Float64, RootsOfEveryExponent) {
+    const auto x = of_every_exponent();
+    const Exact cube_root = [](long double a, long double) { return std::cbrt(a); };
+    const Exact power = [](long double a, long double) {
+        const auto root = std::cbrt(std::abs(a));
+        return root * root;
+    };
+    EXPECT_LT(largest_error(kCubeRoot, x, cube_root), 4e-16);
+    EXPECT_LT(largest_error(kTwoThirdsPower, x, power), 1e-15);
+    EXPECT_DOUBLE_EQ(on_device(kTwoThirdsPower, {{-8, 0}})[0], 4);
+    EXPECT_EQ(on_device(kTwoThirdsPower, {{0, 0}})[0], 0);
+    for (const double y : on_device(kCubeRoot, {{0, 0}, {0x1p-1074, 0}, {0x1.fp-1023, 0}})) {
+        EXPECT_GE(y, 0);
+        EXPECT_LT(y, 1e-102);
+    }
+}
+
+TEST(Float64, LogarithmsAndPowersOfEveryExponent) {
+    auto x = of_every_exponent();
+    EXPECT_LT(largest_error(kLog, x, [](auto a, auto) { return std::log(a); }), 1e-15);
+    for (auto& pair : x) {
+        pair.b = 1.0 / 3;
+    }
+    EXPECT_LT(largest_error(kPow, x, [](auto a, auto b) { return std::pow(a, b); }),
+              (3 + 1) * 4e-16);
+    // The last normal results.
+    EXPECT_LT(largest_error(kExp, spread(-708.39, -707), [](auto a, auto) { return std::exp(a); }),
+              1e-15);
+    EXPECT_EQ(on_device(kExp2, {{-1022, 0}, {-1021, 0}}),
+              (std::vector<double>{0x1p-1022, 0x1p-1021}));
 }
 
 TEST(Float64, Trigonometry) {

@@ -161,6 +161,28 @@ double sum_of(const Metric& metric, const Rgb& a, const Rgb& b) {
     return metric.twin.sum(metric.parameters, *x, *y, weights);
 }
 
+/// The twins' cube root, in the whole range of float64.
+TEST(Metric, CubeRootsOfEveryExponent) {
+    const auto& roots = find_metric("cube-root");
+    const auto& powers = find_metric("cwcbrt");
+    const Voxel voxel = {.cos_theta_i = 1};
+    for (int exponent = -1022; exponent < 1024; ++exponent) {
+        const Rgb x = {std::ldexp(1.0, exponent), std::ldexp(1.2345678901234567, exponent),
+                       std::ldexp(1.9999999999999998, exponent)};
+        const Rgb root = transformed(roots, x, voxel);
+        for (std::size_t i = 0; i < 3; ++i) {
+            const long double exact = std::cbrt(static_cast<long double>(x[i]));
+            EXPECT_LT(std::abs(root[i] / exact - 1), 4e-16L) << x[i];
+            const long double power = sum_of(powers, {x[i], 0, 0}, {0, 0, 0});
+            EXPECT_LT(std::abs(power / (exact * exact) - 1), 1e-15L) << x[i];
+        }
+    }
+    for (const double root : transformed(roots, {0, 0x1p-1074, 0x1.fp-1023}, voxel)) {
+        EXPECT_GE(root, 0);
+        EXPECT_LT(root, 1e-102);
+    }
+}
+
 /// CIELAB of the primaries of sRGB under D65, as tabulated by B. Lindbloom to two decimals; RGB is
 /// not scaled (SPEC §3), so 100 is white.
 TEST(Metric, PawcielabTransformsToPublishedCielab) {

@@ -152,5 +152,20 @@ TEST(Search, NothingIsLeftWhenEveryPairIsDropped) {
     EXPECT_FALSE(search.next().has_value());
 }
 
+TEST(Disagreements, ProgressMayEndListing) {
+    const Distances distances = testing::random_cases()[0].make(60, 1);
+    double last = 0;
+    const auto all = all_disagreements(distances, [&](double share) {
+        EXPECT_GE(share, last);
+        EXPECT_LE(share, 1);
+        last = share;
+    });
+    EXPECT_GE(last, 0.3);  // sorting may be done before it is asked
+    EXPECT_EQ(all, all_disagreements(distances));
+    const auto stop = [](double) { throw std::runtime_error("enough"); };
+    EXPECT_THROW(all_disagreements(distances, stop), std::runtime_error);
+    EXPECT_THROW(strongest_disagreements(distances, 5000, stop), std::runtime_error);
+}
+
 }  // namespace
 }  // namespace merl::scan

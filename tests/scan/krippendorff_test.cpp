@@ -55,6 +55,18 @@ TEST(Krippendorff, FortyArticles) {
     EXPECT_NEAR(alpha.interval.high, 0.842, 0.015);
 }
 
+TEST(Krippendorff, TooFewForAnInterval) {
+    const BootstrapOptions options = {.replicates = 100, .seed = 1};
+    const auto alpha = ordinal_alpha(units_of({"1213..", "1223.."}, "123"), options);
+    EXPECT_EQ(alpha.too_few, "configurations with two votes or more: 4; expected 5 or more");
+    EXPECT_TRUE(std::isnan(alpha.interval.low));
+    // Judges who never differ have alpha 1 in every sample.
+    const auto sure = ordinal_alpha(units_of({"123123123", "123123123"}, "123"), options);
+    EXPECT_DOUBLE_EQ(sure.value, 1);
+    EXPECT_TRUE(std::isnan(sure.interval.low));
+    EXPECT_FALSE(sure.too_few.empty());
+}
+
 TEST(Krippendorff, Edges) {
     EXPECT_DOUBLE_EQ(ordinal_alpha(units_of({"123", "123"}, "123")), 1);
     EXPECT_TRUE(std::isnan(ordinal_alpha(units_of({"333", "333"}, "123"))));

@@ -1,5 +1,6 @@
 #include "scan/score.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -166,7 +167,44 @@ TEST(Score, AMetricWithoutAnOpinionGetsHalfOfEverything) {
         EXPECT_EQ(metric.zero_distances, 0);
         // One cluster says nothing about others.
         EXPECT_TRUE(std::isnan(metric.majorities.interval.low));
+        EXPECT_EQ(metric.majorities.too_few, "clusters: 1; expected 5 or more");
     }
+    EXPECT_EQ(s.too_few, "clusters: 1; expected 5 or more");
+    EXPECT_TRUE(std::isnan(s.pairs[0].p_value) && std::isnan(s.pairs[0].p_holm));
+    EXPECT_TRUE(std::isnan(s.pairs[0].difference.interval.low));
+}
+
+/// So many references, each judged once, with all votes for the nearer one.
+Judgements unanimous(std::uint32_t references) {
+    JudgementFile file = {"votes", "reference CSV", {}, {}};
+    for (std::uint32_t i = 0; i < references + 2; ++i) {
+        file.names.push_back(fmt::format("m{:02}", i));
+    }
+    for (std::uint32_t i = 0; i < references; ++i) {
+        file.rows.push_back({i, references, i, references + 1, 5, 0, 0});
+    }
+    return resolve_judgements(file, file.names);
+}
+
+TEST(Score, VotesThatAreAllAlikeAreNoCertainty) {
+    const auto judgements = unanimous(9);
+    std::vector<double> near(55);
+    std::vector<double> far(55);
+    for (std::size_t i = 0; i < near.size(); ++i) {
+        near[i] = static_cast<double>(i + 1);
+        far[i] = static_cast<double>(100 - i);
+    }
+    const auto s = score_of(judgements, {near, far}, {.replicates = 100});
+    EXPECT_EQ(s.too_few, "");
+    for (const auto& metric : s.metrics) {
+        EXPECT_EQ(metric.majorities.too_few, "all bootstrap samples are alike");
+        EXPECT_TRUE(std::isnan(metric.majorities.interval.low));
+        EXPECT_TRUE(std::isnan(metric.slope.interval.low));  // infinite in all samples
+    }
+    EXPECT_FALSE(std::isnan(s.pairs[0].p_value));
+    EXPECT_EQ(
+        score_of(unanimous(4), {std::vector<double>(near.begin(), near.begin() + 15)}, {}).too_few,
+        "clusters: 4; expected 5 or more");
 }
 
 TEST(Score, EqualVotesAreHalfAVoteForEachSide) {

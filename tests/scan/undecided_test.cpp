@@ -282,6 +282,25 @@ TEST(CountUndecided, OfAThousandMaterialsWithoutBounds) {
     EXPECT_EQ(count_undecided(d), 124'749'875'250U);  // of 499,500 pairs
 }
 
+TEST(CountUndecided, OfAThousandMaterialsThatAllMeet) {
+    // One by one that would be hours. All but the first pair are open under the second metric, and
+    // the first is exact, apart and below them.
+    Distances d = random_cases()[0].make(1000, 7);
+    d.first.assign(d.pairs(), 1);
+    d.second.assign(d.pairs(), 1);
+    d.first_bounds.assign(d.pairs(), 1e-9);
+    d.second_bounds.assign(d.pairs(), 1e-9);
+    for (auto* values : {&d.first, &d.second}) {
+        values->front() = 0.5;
+    }
+    d.first_bounds.front() = d.second_bounds.front() = 0;
+    EXPECT_EQ(count_undecided(d), configuration_count(d.pairs() - 1));
+    d.first_bounds.assign(d.pairs(), 0);  // now they tie there, and are no less open
+    EXPECT_EQ(count_undecided(d), configuration_count(d.pairs() - 1));
+    d.second_bounds.assign(d.pairs(), 0);
+    EXPECT_EQ(count_undecided(d), 0U);
+}
+
 TEST(ToRefine, AnUnknownOneDragsInNoOthers) {
     // It could be anywhere, and so meets all; once it is exact it meets none.
     Distances d = random_cases()[0].make(9, 7);

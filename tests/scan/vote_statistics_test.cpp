@@ -5,7 +5,9 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <functional>
 #include <random>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -90,7 +92,8 @@ TEST(VoteStatistics, TheThesis) {
     EXPECT_DOUBLE_EQ(s.selection.judges_p, 0.0625);
     EXPECT_DOUBLE_EQ(s.selection.shares[2].value, 0.968);
     EXPECT_LT(s.selection.shares[2].interval.low, 0.968);
-    EXPECT_LT(s.selection.p_value, 0.01);
+    EXPECT_EQ(s.selection.p_value, 0.0625);  // no less than the sign test of five judges can give
+    EXPECT_EQ(s.selection.lead.too_few, "");
     const auto table = thesis_table(votes, s);
     for (const auto* words :
          {"33333  3.00               85  0.0041", "33332  2.80               13  0.0247",
@@ -147,6 +150,92 @@ TEST(VoteStatistics, ChecksOfJudges) {
     // Clopper and Pearson's interval of 1 in 2, in closed form.
     EXPECT_NEAR(s.sentinels.share().interval.low, 1 - std::sqrt(0.975), 1e-12);
     EXPECT_NEAR(s.sentinels.share().interval.high, std::sqrt(0.975), 1e-12);
+}
+
+/// Every judge votes as `side` says on the first `voted` of so many configurations.
+VoteStatistics statistics_of(std::uint32_t judges, std::uint32_t configurations,
+                             std::uint32_t voted, const std::function<int(std::uint32_t)>& side,
+                             std::uint32_t replicates = 200) {
+    Votes votes = empty_votes(judges, configurations, 30);
+    for (std::uint32_t j = 0; j < judges; ++j) {
+        for (std::uint32_t k = 0; k < voted; ++k) {
+            votes.judges[j].ballots.push_back(ballot(k, side(7 * j + k)));
+        }
+    }
+    return vote_statistics(votes, {.replicates = replicates, .seed = 1});
+}
+
+void expect_too_few(const VoteStatistics& s, const std::string& reason) {
+    for (const auto& estimate :
+         {s.selection.shares[0], s.selection.shares[1], s.selection.shares[2], s.selection.lead}) {
+        EXPECT_TRUE(std::isnan(estimate.interval.low) && std::isnan(estimate.interval.high));
+        EXPECT_EQ(estimate.too_few, reason);
+    }
+    EXPECT_TRUE(std::isnan(s.selection.p_value));
+}
+
+TEST(VoteStatistics, TooFewForCertainty) {
+    const auto second = [](std::uint32_t) { return 3; };
+    const auto equal = [](std::uint32_t) { return 2; };
+    const auto any = [](std::uint32_t i) { return static_cast<int>(1 + i % 3); };
+    const std::string alike = "all bootstrap samples are alike";
+    expect_too_few(statistics_of(3, 100, 1, second), "judges: 3; expected 5 or more");
+    EXPECT_EQ(statistics_of(3, 100, 1, second).selection.judges_p, 0.25);
+    for (const std::uint32_t judges : {1U, 2U, 4U}) {
+        expect_too_few(statistics_of(judges, 20, 20, any),
+                       fmt::format("judges: {}; expected 5 or more", judges));
+    }
+    expect_too_few(statistics_of(9, 100, 1, second), "configurations: 1; expected 5 or more");
+    expect_too_few(statistics_of(9, 1, 1, any), "configurations: 1; expected 5 or more");
+    expect_too_few(statistics_of(9, 4, 4, any), "configurations: 4; expected 5 or more");
+    expect_too_few(statistics_of(9, 20, 20, second), alike);
+    expect_too_few(statistics_of(9, 20, 20, equal), alike);
+    expect_too_few(statistics_of(9, 20, 20, any, 38), "bootstrap samples: 38; expected 39 or more");
+    expect_too_few(statistics_of(9, 20, 20, any, 0), "bootstrap samples: 0; expected 39 or more");
+    // Judges, and configurations, without a vote do not count.
+    Votes silent = empty_votes(9, 20, 30);
+    for (std::uint32_t j = 0; j < 4; ++j) {
+        for (std::uint32_t k = 0; k < 20; ++k) {
+            silent.judges[j].ballots.push_back(ballot(k, any(j + k)));
+        }
+    }
+    expect_too_few(vote_statistics(silent, {.replicates = 100}), "judges: 4; expected 5 or more");
+    // Enough: but of a metric that nobody voted for there is still no interval.
+    const auto enough =
+        statistics_of(5, 20, 20, [](std::uint32_t i) { return i % 3 == 0 ? 2 : 3; });
+    EXPECT_EQ(enough.selection.shares[0].too_few, alike);
+    EXPECT_LT(enough.selection.shares[2].interval.low, enough.selection.shares[2].interval.high);
+    EXPECT_GE(enough.selection.p_value, 0.0625);
+    EXPECT_EQ(statistics_of(8, 20, 20, [](std::uint32_t i) { return i % 3 == 0 ? 2 : 3; })
+                  .selection.p_value,
+              0.0078125);
+}
+
+TEST(VoteStatistics, HolmCountsEveryConfigurationOfTheSelection) {
+    // Three judges, who agree, on one of a hundred: the least p of 1/27 is that of one test in 100.
+    const auto s = statistics_of(3, 100, 1, [](std::uint32_t) { return 3; });
+    EXPECT_NEAR(s.configurations[0].p_second, 1.0 / 27, 1e-15);
+    EXPECT_EQ(s.configurations[0].p_second_holm, 1);
+    EXPECT_TRUE(std::isnan(s.configurations[1].p_second_holm));
+    // Nine judges: 3^-9 times 100, and of one test alone 3^-9.
+    const auto nine = statistics_of(9, 100, 2, [](std::uint32_t) { return 3; });
+    EXPECT_NEAR(nine.configurations[1].p_second_holm, 100 / std::pow(3.0, 9), 1e-15);
+    const auto one = statistics_of(9, 1, 1, [](std::uint32_t) { return 3; });
+    EXPECT_NEAR(one.configurations[0].p_second_holm, std::pow(3.0, -9), 1e-15);
+}
+
+TEST(VoteStatistics, ProgressMayEndTheBootstrap) {
+    double last = -1;
+    const auto votes = thesis();
+    (void)vote_statistics(votes, {.replicates = 200}, [&](double share) {
+        EXPECT_GE(share, last);
+        EXPECT_LE(share, 1);
+        last = share;
+    });
+    EXPECT_GT(last, 0);
+    EXPECT_THROW(vote_statistics(votes, {.replicates = 200},
+                                 [](double) { throw std::runtime_error("enough"); }),
+                 std::runtime_error);
 }
 
 TEST(VoteStatistics, NobodyVoted) {
