@@ -102,7 +102,7 @@ int info_of_built_in(const Options& options) {
             database->grid(),
             [&](VoxelRange range, std::span<double> samples) { database->read(m, range, samples); },
             share_of(progress, m, materials.size()));
-        progress.clear();
+        clear_progress();
         print_row(materials[m], database->grid(), content);
     }
     return kSuccess;
@@ -140,7 +140,7 @@ int info(const Options& options) {
                 };
                 const Content content =
                     content_of(grid, read, share_of(progress, i, entries.size()));
-                progress.clear();
+                clear_progress();
                 print_row(material, grid, content);
                 grids_differ |= any && grid != first_grid;
                 first_grid = any ? first_grid : grid;
@@ -150,7 +150,7 @@ int info(const Options& options) {
                     throw;
                 }
                 ++bad;
-                progress.clear();
+                clear_progress();
                 print_line(fmt::format("{:<32} cannot be used: {}", material, error.what()));
             }
         }
