@@ -160,7 +160,7 @@ int info_of_built_in(const Options& options) {
                 database->read(m, range, samples);
             },
             share_of(progress, m, materials.size()));
-        progress.clear();
+        clear_progress();
         print_row(materials[m], database->grid(), content);
     }
     return kSuccess;
@@ -207,7 +207,7 @@ int info(const Options& options) {
                 };
                 const Content content = content_of(grid, horizon.runs(grid), read,
                                                    share_of(progress, i, entries.size()));
-                progress.clear();
+                clear_progress();
                 print_row(material, grid, content);
                 damaged += content.fault.empty() ? 0 : 1;
                 names[content.hash].push_back(material);
@@ -219,7 +219,7 @@ int info(const Options& options) {
                     throw;
                 }
                 ++bad;
-                progress.clear();
+                clear_progress();
                 print_line(fmt::format("{:<32} cannot be used: {}", material, error.what()));
             }
         }

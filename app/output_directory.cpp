@@ -169,10 +169,11 @@ void OutputDirectory::write(const std::string& name,
 }
 
 void OutputDirectory::commit() {
+    if (!missing_.empty()) {
+        throw std::logic_error(fmt::format("{} was declared and is not written", missing_.front()));
     }
     throw_if_interrupted();
     finish_in_any_case();
-    }
     staging_->put_into_place();
     in_place = true;
 }

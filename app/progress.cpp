@@ -19,10 +19,6 @@ Progress::Progress(std::string title, bool quiet)
     : title_(std::move(title)), visible_(!quiet && ::isatty(STDERR_FILENO) != 0) {}
 
 Progress::~Progress() {
-    clear();
-}
-
-void Progress::clear() {
     clear_progress();
 }
 

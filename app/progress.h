@@ -15,9 +15,6 @@ class Progress {
     Progress(const Progress&) = delete;
     Progress& operator=(const Progress&) = delete;
 
-    /// Takes the line off the terminal until the next update.
-    void clear();
-
     /// `share` from 0 to 1. Throws Interrupted when the user wants to stop.
     void update(double share);
 
@@ -27,7 +24,8 @@ class Progress {
     std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
-/// Takes the line off the terminal whichever Progress has shown it, on any thread.
+/// Takes the line off the terminal until the next update, whichever Progress has shown it, on any
+/// thread.
 void clear_progress();
 
 }  // namespace merl::app

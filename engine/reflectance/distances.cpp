@@ -268,7 +268,8 @@ DistanceResult compute_distances(device::Context& context, const Database& datab
     result.counts = reader.counts();
     result.content_hash = reader.content_hash();
     result.material_hashes = reader.material_hashes();
-    result.warnings = reader.warnings();
+    const auto of_materials = reader.warnings();
+    result.warnings.insert(result.warnings.end(), of_materials.begin(), of_materials.end());
     seconds.total = total.seconds();
     return result;
 }

@@ -47,7 +47,6 @@ struct DistanceResult {
     SlabPlan plan;                             // says which metrics were on_host()
     std::uint64_t host_bytes = 0;              // held for those
     DistanceSeconds seconds;
-    std::vector<std::string> warnings;  // one line each, for the user
 };
 
 /// All pair distances of a database under several metrics, each material read once.
