@@ -37,6 +37,9 @@ class OutputDirectory {
     /// of it fails.
     void write(const std::string& name, const std::function<void(int descriptor)>& write);
 
+    /// Where a file of this name is until commit().
+    std::filesystem::path path(const std::string& name) const;
+
     /// Puts the files into place; all must be written. A signal that is noted meanwhile waits.
     /// Throws Error (output) that says where the old and the new files are.
     void commit();
@@ -48,8 +51,6 @@ class OutputDirectory {
                     const std::vector<std::filesystem::path>& inputs);
 
     void stage_in_existing(Existing existing, const std::vector<std::filesystem::path>& inputs);
-    std::filesystem::path path(const std::string& name) const;
-
     std::filesystem::path target_;
     std::vector<std::string> missing_;  // the names that are not written yet
     std::string directory_;             // the name of the directory that is to be made, or empty
