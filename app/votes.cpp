@@ -106,6 +106,11 @@ Inputs read_inputs(const Options& options, ordered_json& sources) {
     if (inputs.scanned) {
         inputs.material_hashes = inputs.scanned->material_hashes;
     }
+    if (kit && !inputs.scanned) {
+        inputs.warnings.push_back(
+            fmt::format("{}: whether the spheres of {} show what was scanned was not checked",
+                        found.why_not, kit->file));
+    }
     if (kit) {
         compare_with_scan(*kit, inputs);
         if (inputs.material_hashes.empty()) {

@@ -191,6 +191,7 @@ class Page(Case):
         self.assert_calm()
 
     def test_zeros_ties_and_nothing_to_say(self):
+        self.warns = True  # of a column that is zero
         self.make_table(["zero", "same", "one"], "abcd",
                         lambda metric: {"zero": 0, "same": 2.5, "one": 1e300}[metric])
         self.show("--distances", "t.csv")

@@ -289,6 +289,8 @@ class Votes(Provenance):
                     "out2")
         # Without a summary the kit says what was shown.
         (self.work / "results" / "summary.json").unlink()
+        self.warned(["results/summary.json is missing", "kit/kit.json", "not checked"], *self.votes,
+                    "--kit", "kit/kit.json", "--out", "out3")
         self.assert_refused(INPUT, ["mixed/teflon.png"], *refused, "mixed", "--kit", "kit/kit.json")
 
 
