@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <iterator>
 #include <map>
 #include <set>
 #include <stdexcept>
@@ -300,10 +301,11 @@ class Guard {
         std::vector<Id> components;
         for (Word k = 0; k < t.operands[1]; ++k) {
             std::vector<Id> arguments;
-            for (const Id value : values) {
-                arguments.push_back(
-                    emit(spv::OpCompositeExtract, module_.scalar_type(type_of(value)), {value, k}));
-            }
+            std::transform(values.begin(), values.end(), std::back_inserter(arguments),
+                           [&](Id value) {
+                               return emit(spv::OpCompositeExtract,
+                                           module_.scalar_type(type_of(value)), {value, k});
+                           });
             components.push_back(call(name, t.operands[0], arguments));
         }
         return emit(spv::OpCompositeConstruct, type, components);
@@ -410,7 +412,8 @@ class Guard {
         if (type.op == spv::OpTypeArray) {
             module_.integer(type.operands[1], size);
         }
-        return std::vector<Id>(size, module_.null(type.operands[0]));
+        std::vector<Id> parts(size, module_.null(type.operands[0]));
+        return parts;
     }
 
     /// Whether a constant that is not large has a zero among its floating point numbers.
