@@ -35,8 +35,8 @@ struct DeviceInfo {
 /// Throws Error (device) when the Vulkan loader is not installed.
 std::vector<DeviceInfo> list_devices();
 
-/// Why there is no device at all, for the user: "no Vulkan driver found" and what hides it or leaves
-/// it no room, or else how to get one.
+/// Why there is no device at all, for the user: "no Vulkan driver found" and what hides it or
+/// leaves it no room, or else how to get one.
 std::string why_no_device();
 
 /// How a context is made; the defaults are what the command line uses.

@@ -1,6 +1,5 @@
 #include "engine/reflectance/distances.h"
 
-#include <fmt/format.h>
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 
@@ -194,19 +193,10 @@ class Computation {
     std::vector<Slot> slots_;
 };
 
-/// The list of visited voxels has at most one run for each theta_h and theta_d, which is nothing
-/// unless the grid is of another shape than any that was measured.
-void require_room(const Grid& grid, std::uint64_t memory_bytes) {
-    constexpr std::uint64_t kShare = 8;    // of the memory, at most
-    constexpr std::uint64_t kGrowing = 2;  // times what a list holds it may take
-    const std::uint64_t bytes =
-        kShare * kGrowing * sizeof(VoxelRun) * grid.theta_h * std::uint64_t{grid.theta_d};
-    if (bytes > memory_bytes) {
-        throw Error(Fault::usage,
-                    fmt::format("--memory {} bytes is too small: a grid of {} needs at least {} "
-                                "bytes",
-                                memory_bytes, grid.text(), bytes));
-    }
+/// The most that the list of visited voxels takes while it grows: a run for each theta_h and
+/// theta_d, which is nothing unless the grid is of another shape than any that was measured.
+std::uint64_t list_bytes(const Grid& grid) {
+    return 2 * sizeof(VoxelRun) * grid.theta_h * std::uint64_t{grid.theta_d};
 }
 
 }  // namespace
@@ -218,10 +208,10 @@ DistanceResult compute_distances(device::Context& context, const Database& datab
     const auto plan = [&](std::uint64_t voxels) {
         return plan_slabs(context.limits(), options.memory_bytes, database.materials().size(),
                           voxels, metrics, options.shaders_only,
-                          static_cast<std::uint64_t>(tbb::this_task_arena::max_concurrency()));
+                          static_cast<std::uint64_t>(tbb::this_task_arena::max_concurrency()),
+                          list_bytes(database.grid()));
     };
-    plan(database.grid().voxels());  // throws if there is not even room for a block
-    require_room(database.grid(), options.memory_bytes);
+    plan(database.grid().voxels());  // throws before the list is made
     const Domain domain(database.grid());
     const VoxelList voxels(domain, options.voxels);
     DistanceResult result;

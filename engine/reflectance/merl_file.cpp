@@ -149,9 +149,10 @@ Grid checked_header(const File& file) {
                             described));
         }
         if (static_cast<std::uint64_t>(size) > kMaxSide) {
-            file.fail(fmt::format("the header says {}; every size may be at most {} (MERL: 90 x 90 "
-                                  "x 180)",
-                                  described, kMaxSide));
+            file.fail(
+                fmt::format("the header says {}; every size may be at most {} (MERL: 90 x 90 "
+                            "x 180)",
+                            described, kMaxSide));
         }
         voxels *= static_cast<std::uint64_t>(size);  // three factors, each checked: no overflow
         if (voxels > kMaxVoxels) {

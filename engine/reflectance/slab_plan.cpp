@@ -79,7 +79,7 @@ std::uint64_t SlabPlan::sums_bytes(const Metric& metric) const {
 SlabPlan plan_slabs(const device::Limits& limits, std::uint64_t memory_bytes,
                     std::uint64_t materials, std::uint64_t voxels,
                     std::span<const Metric* const> metrics, bool shaders_only,
-                    std::uint64_t threads) {
+                    std::uint64_t threads, std::uint64_t list_bytes) {
     if (materials > kMaxMaterials) {
         throw Error(Fault::device,
                     fmt::format("{} materials are more than {}, the most there may be", materials,
@@ -108,7 +108,7 @@ SlabPlan plan_slabs(const device::Limits& limits, std::uint64_t memory_bytes,
         std::uint64_t device_grid = 0;
         std::uint64_t ranges = 0;
         plan.host_bytes = 0;
-        plan.other_bytes = materials * kMaterialBytes +
+        plan.other_bytes = list_bytes + materials * kMaterialBytes +
                            std::min(threads, materials) * blocks * sizeof(BlockSamples) +
                            plan.slab_voxels() * (sizeof(Voxel) + sizeof(VoxelRun));
         largest = 1;

@@ -46,11 +46,11 @@ struct SlabPlan {
 /// The largest slabs that stay within `memory_bytes`, everything counted, and every limit of the
 /// device, but at least four when there is enough to do, so that reading and computing overlap.
 /// With `shaders_only` nothing is on_host(). So many `threads` read, each a slab of one material at
-/// a time.
+/// a time, and the list of voxels takes `list_bytes`.
 /// Throws Error (usage) when one block does not fit in memory, (device) when a limit forbids it.
 SlabPlan plan_slabs(const device::Limits& limits, std::uint64_t memory_bytes,
                     std::uint64_t materials, std::uint64_t voxels,
                     std::span<const Metric* const> metrics, bool shaders_only = false,
-                    std::uint64_t threads = 1);
+                    std::uint64_t threads = 1, std::uint64_t list_bytes = 0);
 
 }  // namespace merl::reflectance

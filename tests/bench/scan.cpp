@@ -75,7 +75,8 @@ void time_refine(benchmark::State& state) {
     app::Refined refined;
     for ([[maybe_unused]] auto _ : state) {
         auto distances = device_distances();
-        refined = app::refine(distances, database(), two_metrics(), kSelect, kPerMaterial, 1ULL << 30U, {});
+        refined = app::refine(distances, database(), two_metrics(), kSelect, kPerMaterial,
+                              1ULL << 30U, {});
     }
     state.counters["refined"] = static_cast<double>(refined.first + refined.second);
 }
