@@ -1,12 +1,17 @@
 """The page of a kit in a real browser, opened as a file: a whole experiment, and nothing lost."""
 
+import base64
 import json
+import math
 import pathlib
 import random
+import re
 import shutil
+import struct
 import subprocess
 import tempfile
 import time
+import zlib
 
 import support
 from browser import ALT, CHROMIUM, CONTROL, META, SHIFT, Browser
@@ -16,6 +21,15 @@ from support import PROGRAM, Case, read_csv, read_json, samples, write_database
 HOSTILE = ["</script><script>document.title='hit'</script>".replace("/", "\u2215"),
            "=HYPERLINK(\"x\")", "<img src=x onerror=alert(1)>", "<!--<script>", "a,b\"c", "%DATA%",
            "line\nbreak", "å&amp;"]
+
+
+def png(width, height, rows):
+    """An image of grey levels; each row begins with a byte 0."""
+    def chunk(kind, body):
+        return struct.pack(">I", len(body)) + kind + body + struct.pack(">I", zlib.crc32(kind + body))
+
+    return (b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", struct.pack(">2I5B", width, height, 8, 0, 0, 0, 0)) +
+            chunk(b"IDAT", zlib.compress(rows)) + chunk(b"IEND", b""))
 
 
 class Page(Case):
@@ -245,9 +259,9 @@ class Page(Case):
         self.begin()
         self.browser.run("speed = 1")
         data = json.loads(self.browser.run("document.getElementById('data').textContent"))
-        visible = ("JSON.stringify(['left', 'right'].map(id => [...document.querySelectorAll(`#${id} img`)]"
-                   ".filter(i => getComputedStyle(i).visibility === 'visible').map(i => "
-                   "images.findIndex(lights => i.src.endsWith(lights[0])))))")
+        visible = ("JSON.stringify(['left', 'right'].map(id => [...document.querySelectorAll(`#${id} canvas`)]"
+                   ".filter(c => getComputedStyle(c).visibility === 'visible').map(c => "
+                   "images.findIndex(lights => c.sphere.src.endsWith(lights[0])))))")
         for _ in range(2):
             self.press("ArrowDown")
             row = self.download("#save", "votes-anna.csv")[self.place() - 1]
@@ -265,8 +279,14 @@ class Page(Case):
             shown = {json.dumps(pair) for pair in names}
             self.assertEqual(shown, {json.dumps([row["left_1"], row["right_1"]]),
                                      json.dumps([row["left_2"], row["right_2"]])})
-        # The images are those of different materials, and whole.
-        self.assertTrue(self.until("[...document.querySelectorAll('.side img')].every(i => i.naturalWidth === 48)"))
+        # What is drawn is the image, whole and pixel by pixel.
+        same = self.browser.run("""[...document.querySelectorAll('.side canvas')].map(c => {
+            const other = new OffscreenCanvas(48, 48).getContext('2d');
+            other.drawImage(c.sphere, 0, 0);
+            const bytes = context => context.getImageData(0, 0, 48, 48).data.join();
+            return c.width === 48 && c.offsetWidth === 48 && bytes(other) === bytes(c.getContext('2d'));
+        })""")
+        self.assertEqual(same, [True] * 4)
         self.assert_calm()
 
     def test_no_answer_before_everything_is_seen(self):
@@ -405,6 +425,13 @@ class Page(Case):
         """Contrast themes, dark mode and its automatic kinds: spheres and surround stay as they are."""
         self.make_kit("light", "--background", "0.9")
         self.addCleanup(shutil.rmtree, self.kits / "light")
+        # Small spheres of two colours: what a browser takes for an icon, and inverts.
+        page = self.kits / "light" / "index.html"
+        disc = b"".join(bytes([0, *(16 if math.hypot(x - 24, y - 24) < 20 else 230 for x in range(48))])
+                        for y in range(48))
+        image = base64.b64encode(png(48, 48, disc)).decode()
+        page.write_text(re.sub(r'(?<=id="images">).*?(?=</script>)', lambda found: json.dumps(
+            [[image]] * len(json.loads(found[0]))), page.read_text(), flags=re.DOTALL))
         path = self.work / "window.png"
 
         def picture(below="sides"):
@@ -413,10 +440,10 @@ class Page(Case):
             top, bottom = self.browser.run(
                 "[Math.ceil(byId('sides').getBoundingClientRect().top),"
                 f"Math.floor(byId('{below}').getBoundingClientRect().bottom)]")
-            return self.browser.screenshot(path, x=0, y=top, width=600, height=bottom - top)
+            return self.browser.screenshot(path, x=0, y=top, width=360, height=bottom - top)
 
         def show():
-            self.show("light", width=600, height=400)
+            self.show("light", width=360, height=640)
             self.begin()
             self.browser.run("speed = 0")
             self.press("ArrowDown")
@@ -424,8 +451,8 @@ class Page(Case):
         show()
         whole, plain = picture("votes"), picture()
         _, height, rows = read_png(path)
-        self.assertEqual(pixel(rows, 300, height // 2), (230, 230, 230))
-        self.assertNotEqual(pixel(rows, 150, height // 2), (230, 230, 230))
+        self.assertEqual(pixel(rows, 180, height // 2), (230, 230, 230))
+        self.assertNotEqual(pixel(rows, 90, height // 2), (230, 230, 230))
         for feature, value in (("forced-colors", "active"), ("prefers-contrast", "more"),
                                ("prefers-color-scheme", "dark"), ("prefers-reduced-motion", "reduce")):
             self.browser.call("Emulation.setEmulatedMedia", features=[{"name": feature, "value": value}])
@@ -794,10 +821,10 @@ class Page(Case):
                               deviceScaleFactor=1, mobile=False)
             self.browser.draw()
             wrong = self.browser.run(
-                "[...document.querySelectorAll('#trial button, #hint, .side div.now img')].filter(e => {"
+                "[...document.querySelectorAll('#trial button, #hint, .side div.now canvas')].filter(e => {"
                 "const b = e.getBoundingClientRect(); const at = document.elementFromPoint(b.x + b.width / 2, b.y + b.height / 2);"
                 "return !(b.left >= 0 && b.top >= 0 && b.width > 20 && b.right <= innerWidth && b.bottom <= innerHeight &&"
-                "(e.contains(at) || e.tagName === 'IMG')); }).map(e => e.outerHTML.slice(0, 60))"
+                "(e.contains(at) || e.tagName === 'CANVAS')); }).map(e => e.outerHTML.slice(0, 60))"
                 ".concat(document.documentElement.scrollWidth > innerWidth ? ['wide'] : [])")
             self.assertEqual(wrong, [], f"{width} x {height}")
 
