@@ -265,17 +265,18 @@ class Page(Case):
         for _ in range(2):
             self.press("ArrowDown")
             row = self.download("#save", "votes-anna.csv")[self.place() - 1]
-            seen, end = [], time.monotonic() + 60
+            seen, before = [], time.monotonic()
             while len(seen) < 4:
+                asked = time.monotonic()
                 now = json.loads(self.browser.run(visible))
                 self.assertEqual([len(side) for side in now], [1, 1])
                 if not seen or seen[-1][0] != now:
-                    seen.append((now, time.monotonic()))
-                self.assertLess(time.monotonic(), end)
+                    seen.append((now, before, time.monotonic()))
+                before = asked
                 time.sleep(0.02)
             # Once a second; a machine that is busy may be late, but not early.
-            self.assertGreater(seen[3][1] - seen[1][1], 1.5)
-            names = [[data["materials"][side[0]] for side in pair] for pair, _ in seen]
+            self.assertGreater(seen[3][2] - seen[1][1], 1.9)
+            names = [[data["materials"][side[0]] for side in pair] for pair, *_ in seen]
             shown = {json.dumps(pair) for pair in names}
             self.assertEqual(shown, {json.dumps([row["left_1"], row["right_1"]]),
                                      json.dumps([row["left_2"], row["right_2"]])})
@@ -298,25 +299,30 @@ class Page(Case):
         self.press("ArrowUp")
         for pause in 0.005, 0.1, 0.5:
             self.until("answerable")
-            place = self.place()
+            place, start = self.place(), time.monotonic()
             self.step(lambda: self.browser.press("1", "Digit1"))
             time.sleep(pause)
             self.browser.press("1", "Digit1")
             time.sleep(0.1)
-            self.assertEqual(self.place(), place + 1, pause)
-            self.assertIn("Both materials", self.browser.text("#hint"))
-            self.assertEqual(self.browser.run("byId('votes').children[0].getAttribute('aria-disabled')"), "true")
+            seen = self.browser.run("[byId('hint').textContent, byId('votes').children[0].getAttribute('aria-disabled'),"
+                                    "byId('place').textContent]")
+            if time.monotonic() - start < 1.2:  # or else this machine was too busy to be in a hurry
+                self.assertIn("Both materials", seen[0])
+                self.assertEqual(seen[1:], ["true", f"{place + 1} / {len(self.kit['trials'])}"], pause)
         self.until("answerable")
         self.assertEqual(self.browser.text("#hint"), "")
-        self.assertEqual(self.votes()[:5], [1, 1, 1, 0, 0])
         self.assertGreaterEqual(min(t for t in self.browser.run("judge.times") if t is not None), 1250)
         # Hammering answers nothing, once it was too early; a pause does.
         self.step(lambda: self.browser.press("2", "Digit2"))
-        place, end = self.place(), time.monotonic() + 2.5
-        while time.monotonic() < end:
+        place, pauses, last = self.place(), [], time.monotonic()
+        while sum(pauses) < 2.5:
             self.browser.press("3", "Digit3")
-        self.assertEqual(self.place(), place)
+            pauses.append(time.monotonic() - last)
+            last += pauses[-1]
+        if max(pauses) < 0.25:
+            self.assertEqual(self.place(), place)
         self.until("answerable")
+        place = self.place()
         # A key that is held down since the configuration before does not answer either.
         self.step(lambda: self.browser.hold("2", "Digit2"))
         end = time.monotonic() + 2.5
@@ -354,7 +360,7 @@ class Page(Case):
         self.show()
         self.name("anna")
         self.answer("3")
-        self.until(f"performance.now() - changedAt > secondClick")
+        self.until("performance.now() - changedAt > secondClick")
         self.step(lambda: self.browser.click("#begin", 2))
         self.assertEqual(self.votes().count(0), len(self.kit["trials"]))
         # The last answer, where a question comes under the pointer.
@@ -366,11 +372,14 @@ class Page(Case):
                          "'position: fixed; inset: 0; display: grid')")
         self.browser.run("byId('questions').querySelectorAll('label').forEach(l => l.style.cssText = "
                          "'position: fixed; inset: 0')")
+        before = self.browser.run("changedAt")
         self.step(lambda: self.browser.click("[data-vote='2']"))
-        self.browser.click("[name=vision_impairment]")
         self.assertEqual(self.screen(), "survey")
+        self.assertGreater(self.browser.run("changedAt"), before)
+        self.browser.run("changedAt = performance.now() + 60000")  # however long a busy machine takes
+        self.browser.click("[name=vision_impairment]")
         self.assertEqual(self.browser.run("judge.survey"), {})
-        self.until(f"performance.now() - changedAt > secondClick")
+        self.browser.run("changedAt = 0")
         self.browser.click("[name=vision_impairment]")
         self.assertEqual(list(self.browser.run("judge.survey")), ["vision_impairment"])
 
@@ -663,7 +672,7 @@ class Page(Case):
         fourth = self.show_again()
         self.name("anna")
         self.until_screen("elsewhere")
-        self.until(f"performance.now() - changedAt > secondClick")
+        self.until("performance.now() - changedAt > secondClick")
         self.browser.click("#takeOver")
         self.until_screen("trial")
         self.answer("1")
