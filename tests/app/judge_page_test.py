@@ -84,7 +84,8 @@ class Page(Case):
     def until(self, expression, seconds=60):
         end = time.monotonic() + seconds
         while not (value := self.browser.run(expression)):
-            self.assertLess(time.monotonic(), end, expression)
+            if time.monotonic() > end:
+                self.fail(f"{expression}: {self.browser.run('document.body.innerText')}")
             time.sleep(0.01)
         return value
 
