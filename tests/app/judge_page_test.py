@@ -1,12 +1,17 @@
 """The page of a kit in a real browser, opened as a file: a whole experiment, and nothing lost."""
 
+import base64
 import json
+import math
 import pathlib
 import random
+import re
 import shutil
+import struct
 import subprocess
 import tempfile
 import time
+import zlib
 
 import support
 from browser import ALT, CHROMIUM, CONTROL, META, SHIFT, Browser
@@ -16,6 +21,15 @@ from support import PROGRAM, Case, read_csv, read_json, samples, write_database
 HOSTILE = ["</script><script>document.title='hit'</script>".replace("/", "\u2215"),
            "=HYPERLINK(\"x\")", "<img src=x onerror=alert(1)>", "<!--<script>", "a,b\"c", "%DATA%",
            "line\nbreak", "å&amp;"]
+
+
+def png(width, height, rows):
+    """An image of grey levels; each row begins with a byte 0."""
+    def chunk(kind, body):
+        return struct.pack(">I", len(body)) + kind + body + struct.pack(">I", zlib.crc32(kind + body))
+
+    return (b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", struct.pack(">2I5B", width, height, 8, 0, 0, 0, 0)) +
+            chunk(b"IDAT", zlib.compress(rows)) + chunk(b"IEND", b""))
 
 
 class Page(Case):
@@ -70,7 +84,8 @@ class Page(Case):
     def until(self, expression, seconds=60):
         end = time.monotonic() + seconds
         while not (value := self.browser.run(expression)):
-            self.assertLess(time.monotonic(), end, expression)
+            if time.monotonic() > end:
+                self.fail(f"{expression}: {self.browser.run('document.body.innerText')}")
             time.sleep(0.01)
         return value
 
@@ -117,7 +132,8 @@ class Page(Case):
         self.assertIn("right side is smaller", self.browser.text("#readyText"))
         self.step(lambda: self.browser.press("Enter"))
         self.assertEqual(self.screen(), "trial")
-        self.until("shownAt")
+        # Votes are waited for, but where a judge is goes to the disk while the page goes on.
+        self.until("exchange(keyOf(judge.name), () => undefined).then(r => !r || r.judge.screen === 'trial', () => true)")
 
     def download(self, button, name):
         self.browser.run(f"document.querySelector('{button}').click()")
@@ -245,28 +261,35 @@ class Page(Case):
         self.begin()
         self.browser.run("speed = 1")
         data = json.loads(self.browser.run("document.getElementById('data').textContent"))
-        visible = ("JSON.stringify(['left', 'right'].map(id => [...document.querySelectorAll(`#${id} img`)]"
-                   ".filter(i => getComputedStyle(i).visibility === 'visible').map(i => "
-                   "images.findIndex(lights => i.src.endsWith(lights[0])))))")
+        visible = ("JSON.stringify(['left', 'right'].map(id => [...document.querySelectorAll(`#${id} canvas`)]"
+                   ".filter(c => getComputedStyle(c).visibility === 'visible').map(c => "
+                   "images.findIndex(lights => c.sphere.src.endsWith(lights[0])))))")
         for _ in range(2):
             self.press("ArrowDown")
             row = self.download("#save", "votes-anna.csv")[self.place() - 1]
-            seen, end = [], time.monotonic() + 60
+            seen, before = [], time.monotonic()
             while len(seen) < 4:
+                asked = time.monotonic()
                 now = json.loads(self.browser.run(visible))
                 self.assertEqual([len(side) for side in now], [1, 1])
                 if not seen or seen[-1][0] != now:
-                    seen.append((now, time.monotonic()))
-                self.assertLess(time.monotonic(), end)
+                    seen.append((now, before, time.monotonic()))
+                before = asked
                 time.sleep(0.02)
             # Once a second; a machine that is busy may be late, but not early.
-            self.assertGreater(seen[3][1] - seen[1][1], 1.5)
-            names = [[data["materials"][side[0]] for side in pair] for pair, _ in seen]
+            self.assertGreater(seen[3][2] - seen[1][1], 1.9)
+            names = [[data["materials"][side[0]] for side in pair] for pair, *_ in seen]
             shown = {json.dumps(pair) for pair in names}
             self.assertEqual(shown, {json.dumps([row["left_1"], row["right_1"]]),
                                      json.dumps([row["left_2"], row["right_2"]])})
-        # The images are those of different materials, and whole.
-        self.assertTrue(self.until("[...document.querySelectorAll('.side img')].every(i => i.naturalWidth === 48)"))
+        # What is drawn is the image, whole and pixel by pixel.
+        same = self.browser.run("""[...document.querySelectorAll('.side canvas')].map(c => {
+            const other = new OffscreenCanvas(48, 48).getContext('2d');
+            other.drawImage(c.sphere, 0, 0);
+            const bytes = context => context.getImageData(0, 0, 48, 48).data.join();
+            return c.width === 48 && c.offsetWidth === 48 && bytes(other) === bytes(c.getContext('2d'));
+        })""")
+        self.assertEqual(same, [True] * 4)
         self.assert_calm()
 
     def test_no_answer_before_everything_is_seen(self):
@@ -278,25 +301,30 @@ class Page(Case):
         self.press("ArrowUp")
         for pause in 0.005, 0.1, 0.5:
             self.until("answerable")
-            place = self.place()
+            place, start = self.place(), time.monotonic()
             self.step(lambda: self.browser.press("1", "Digit1"))
             time.sleep(pause)
             self.browser.press("1", "Digit1")
             time.sleep(0.1)
-            self.assertEqual(self.place(), place + 1, pause)
-            self.assertIn("Both materials", self.browser.text("#hint"))
-            self.assertEqual(self.browser.run("byId('votes').children[0].getAttribute('aria-disabled')"), "true")
+            seen = self.browser.run("[byId('hint').textContent, byId('votes').children[0].getAttribute('aria-disabled'),"
+                                    "byId('place').textContent]")
+            if time.monotonic() - start < 1.2:  # or else this machine was too busy to be in a hurry
+                self.assertIn("Both materials", seen[0])
+                self.assertEqual(seen[1:], ["true", f"{place + 1} / {len(self.kit['trials'])}"], pause)
         self.until("answerable")
         self.assertEqual(self.browser.text("#hint"), "")
-        self.assertEqual(self.votes()[:5], [1, 1, 1, 0, 0])
         self.assertGreaterEqual(min(t for t in self.browser.run("judge.times") if t is not None), 1250)
         # Hammering answers nothing, once it was too early; a pause does.
         self.step(lambda: self.browser.press("2", "Digit2"))
-        place, end = self.place(), time.monotonic() + 2.5
-        while time.monotonic() < end:
+        place, pauses, last = self.place(), [], time.monotonic()
+        while sum(pauses) < 2.5:
             self.browser.press("3", "Digit3")
-        self.assertEqual(self.place(), place)
+            pauses.append(time.monotonic() - last)
+            last += pauses[-1]
+        if max(pauses) < 0.25:
+            self.assertEqual(self.place(), place)
         self.until("answerable")
+        place = self.place()
         # A key that is held down since the configuration before does not answer either.
         self.step(lambda: self.browser.hold("2", "Digit2"))
         end = time.monotonic() + 2.5
@@ -334,7 +362,7 @@ class Page(Case):
         self.show()
         self.name("anna")
         self.answer("3")
-        self.until(f"performance.now() - changedAt > secondClick")
+        self.until("performance.now() - changedAt > secondClick")
         self.step(lambda: self.browser.click("#begin", 2))
         self.assertEqual(self.votes().count(0), len(self.kit["trials"]))
         # The last answer, where a question comes under the pointer.
@@ -346,11 +374,14 @@ class Page(Case):
                          "'position: fixed; inset: 0; display: grid')")
         self.browser.run("byId('questions').querySelectorAll('label').forEach(l => l.style.cssText = "
                          "'position: fixed; inset: 0')")
+        before = self.browser.run("changedAt")
         self.step(lambda: self.browser.click("[data-vote='2']"))
-        self.browser.click("[name=vision_impairment]")
         self.assertEqual(self.screen(), "survey")
+        self.assertGreater(self.browser.run("changedAt"), before)
+        self.browser.run("changedAt = performance.now() + 60000")  # however long a busy machine takes
+        self.browser.click("[name=vision_impairment]")
         self.assertEqual(self.browser.run("judge.survey"), {})
-        self.until(f"performance.now() - changedAt > secondClick")
+        self.browser.run("changedAt = 0")
         self.browser.click("[name=vision_impairment]")
         self.assertEqual(list(self.browser.run("judge.survey")), ["vision_impairment"])
 
@@ -405,6 +436,13 @@ class Page(Case):
         """Contrast themes, dark mode and its automatic kinds: spheres and surround stay as they are."""
         self.make_kit("light", "--background", "0.9")
         self.addCleanup(shutil.rmtree, self.kits / "light")
+        # Small spheres of two colours: what a browser takes for an icon, and inverts.
+        page = self.kits / "light" / "index.html"
+        disc = b"".join(bytes([0, *(16 if math.hypot(x - 24, y - 24) < 20 else 230 for x in range(48))])
+                        for y in range(48))
+        image = base64.b64encode(png(48, 48, disc)).decode()
+        page.write_text(re.sub(r'(?<=id="images">).*?(?=</script>)', lambda found: json.dumps(
+            [[image]] * len(json.loads(found[0]))), page.read_text(), flags=re.DOTALL))
         path = self.work / "window.png"
 
         def picture(below="sides"):
@@ -413,10 +451,10 @@ class Page(Case):
             top, bottom = self.browser.run(
                 "[Math.ceil(byId('sides').getBoundingClientRect().top),"
                 f"Math.floor(byId('{below}').getBoundingClientRect().bottom)]")
-            return self.browser.screenshot(path, x=0, y=top, width=600, height=bottom - top)
+            return self.browser.screenshot(path, x=0, y=top, width=360, height=bottom - top)
 
         def show():
-            self.show("light", width=600, height=400)
+            self.show("light", width=360, height=640)
             self.begin()
             self.browser.run("speed = 0")
             self.press("ArrowDown")
@@ -424,8 +462,8 @@ class Page(Case):
         show()
         whole, plain = picture("votes"), picture()
         _, height, rows = read_png(path)
-        self.assertEqual(pixel(rows, 300, height // 2), (230, 230, 230))
-        self.assertNotEqual(pixel(rows, 150, height // 2), (230, 230, 230))
+        self.assertEqual(pixel(rows, 180, height // 2), (230, 230, 230))
+        self.assertNotEqual(pixel(rows, 90, height // 2), (230, 230, 230))
         for feature, value in (("forced-colors", "active"), ("prefers-contrast", "more"),
                                ("prefers-color-scheme", "dark"), ("prefers-reduced-motion", "reduce")):
             self.browser.call("Emulation.setEmulatedMedia", features=[{"name": feature, "value": value}])
@@ -636,7 +674,7 @@ class Page(Case):
         fourth = self.show_again()
         self.name("anna")
         self.until_screen("elsewhere")
-        self.until(f"performance.now() - changedAt > secondClick")
+        self.until("performance.now() - changedAt > secondClick")
         self.browser.click("#takeOver")
         self.until_screen("trial")
         self.answer("1")
@@ -794,10 +832,10 @@ class Page(Case):
                               deviceScaleFactor=1, mobile=False)
             self.browser.draw()
             wrong = self.browser.run(
-                "[...document.querySelectorAll('#trial button, #hint, .side div.now img')].filter(e => {"
+                "[...document.querySelectorAll('#trial button, #hint, .side div.now canvas')].filter(e => {"
                 "const b = e.getBoundingClientRect(); const at = document.elementFromPoint(b.x + b.width / 2, b.y + b.height / 2);"
                 "return !(b.left >= 0 && b.top >= 0 && b.width > 20 && b.right <= innerWidth && b.bottom <= innerHeight &&"
-                "(e.contains(at) || e.tagName === 'IMG')); }).map(e => e.outerHTML.slice(0, 60))"
+                "(e.contains(at) || e.tagName === 'CANVAS')); }).map(e => e.outerHTML.slice(0, 60))"
                 ".concat(document.documentElement.scrollWidth > innerWidth ? ['wide'] : [])")
             self.assertEqual(wrong, [], f"{width} x {height}")
 
