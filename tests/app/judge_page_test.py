@@ -313,7 +313,7 @@ class Page(Case):
                 self.assertEqual(seen[1:], ["true", f"{place + 1} / {len(self.kit['trials'])}"], pause)
         self.until("answerable")
         self.assertEqual(self.browser.text("#hint"), "")
-        self.assertGreaterEqual(min(t for t in self.browser.run("judge.times") if t is not None), 1250)
+        self.assertGreaterEqual(min(t for t in self.browser.run("judge.times") if t is not None), 1200)
         # Hammering answers nothing, once it was too early; a pause does.
         self.step(lambda: self.browser.press("2", "Digit2"))
         place, pauses, last = self.place(), [], time.monotonic()
