@@ -18,8 +18,8 @@ std::string from_utf8(std::string_view text);
 std::string printable(std::string_view text);
 
 /// Writes one line, `printable`, to standard output. Throws Error (output) when that fails. Where
-/// standard output is a pipe that nobody reads any more (`| head`) nothing is written and nothing is
-/// wrong.
+/// standard output is a pipe that nobody reads any more (`| head`) nothing is written and nothing
+/// is wrong.
 void print_line(std::string_view text);
 
 /// Writes the lines of a text, like print_line; each ends with a line feed, the last perhaps

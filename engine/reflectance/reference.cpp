@@ -186,9 +186,8 @@ void sum_slab(const Database& database, const Pass& pass, const Slab& slab, Work
                                       grid[material]);
                 if (part.scale != 1) {
                     for (auto& channel : grid[material]) {
-                        std::ranges::transform(channel, channel.begin(), [&](double sample) {
-                            return sample * part.scale;
-                        });
+                        std::ranges::transform(channel, channel.begin(),
+                                               [&](double sample) { return sample * part.scale; });
                     }
                 }
             }

@@ -24,11 +24,11 @@ struct ReferenceRequest {
 };
 
 /// E of SPEC equation 4.20 for each request and pair, in float64 on the CPU, from the metric's own
-/// file and the database's float64 samples (negative numbers count as zero). Where a sum falls below
-/// the range of float64, as squares of differences below 1e-154 do, it is computed again with scaled
-/// samples. Deterministic: sums run over blocks of kBlockVoxels voxels, then over blocks, whatever
-/// the number of threads, whichever other pairs are asked for and however little memory there is.
-/// `progress` is called between pieces of work with the share done and may throw.
+/// file and the database's float64 samples (negative numbers count as zero). Where a sum falls
+/// below the range of float64, as squares of differences below 1e-154 do, it is computed again with
+/// scaled samples. Deterministic: sums run over blocks of kBlockVoxels voxels, then over blocks,
+/// whatever the number of threads, whichever other pairs are asked for and however little memory
+/// there is. `progress` is called between pieces of work with the share done and may throw.
 ///
 /// Samples and sums of blocks stay within `memory_bytes`, but a thread needs a quarter of a MiB;
 /// beside them each pair takes 32 bytes. Every material is read once where all have room, otherwise
