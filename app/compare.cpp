@@ -156,7 +156,8 @@ int run(const Options& options) {
     OutputDirectory out(options.out, options.force,
                         {"distances.csv", "compare.csv", "compare.html", "summary.json"},
                         {options.distances.distances});
-    const auto obtained = obtain_distances(options.distances, kMetrics, options.quiet);
+    auto obtained = obtain_distances(options.distances, kMetrics, options.quiet);
+    warn_if_all_are_zero(obtained);
     Seconds seconds = {obtained.device_seconds, obtained.distance_seconds, 0, 0};
     Stopwatch watch;
     scan::ComparisonResult compared;

@@ -259,13 +259,22 @@ ObtainedDistances obtain_distances(const DistanceOptions& options, const MetricN
                                    bool quiet) {
     auto result =
         options.distances.empty() ? compute(options, needs, quiet) : read(options, needs, quiet);
-    for (const auto& column : result.table.metrics) {
-        if (std::ranges::all_of(column.values, [](double distance) { return distance == 0; })) {
-            result.warnings.push_back(fmt::format("all distances under {} are 0", column.metric));
-        }
-    }
     std::ranges::for_each(result.warnings, print_warning);
     return result;
+}
+
+void warn_if_all_are_zero(ObtainedDistances& obtained, const std::string& metric,
+                          std::span<const double> distances) {
+    if (std::ranges::all_of(distances, [](double distance) { return distance == 0; })) {
+        obtained.warnings.push_back(fmt::format("all distances under {} are 0", metric));
+        print_warning(obtained.warnings.back());
+    }
+}
+
+void warn_if_all_are_zero(ObtainedDistances& obtained) {
+    for (const auto& column : obtained.table.metrics) {
+        warn_if_all_are_zero(obtained, column.metric, column.values);
+    }
 }
 
 }  // namespace merl::app

@@ -8,6 +8,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -76,5 +77,14 @@ struct ObtainedDistances {
 /// needed, input, device), scan::InputError and Interrupted.
 ObtainedDistances obtain_distances(const DistanceOptions& options, const MetricNeeds& needs,
                                    bool quiet);
+
+/// Warns, on standard error and in `warnings`, where all distances under a metric are 0, which is a
+/// mistake more often than it is true. For distances that are not to be refined any more: float32
+/// may give 0 where float64 does not.
+void warn_if_all_are_zero(ObtainedDistances& obtained, const std::string& metric,
+                          std::span<const double> distances);
+
+/// The same for every metric of its table.
+void warn_if_all_are_zero(ObtainedDistances& obtained);
 
 }  // namespace merl::app

@@ -213,6 +213,8 @@ int run(const Options& options) {
                            std::max(1U, options.select), std::max(1U, options.per_material),
                            options.distances.memory, [&](double share) { progress.update(share); });
     }
+    warn_if_all_are_zero(o.obtained, o.distances.first_metric, o.distances.first);
+    warn_if_all_are_zero(o.obtained, o.distances.second_metric, o.distances.second);
     o.seconds.refine = watch.lap();
     o.census = scan::count_disagreements(o.distances);
     o.seconds.count = watch.lap();

@@ -329,6 +329,7 @@ int run(const Options& options) {
             refine_judged(o.obtained.table, o.judgements, *o.obtained.database, o.obtained.metrics,
                           options.distances.memory, [&](double share) { progress.update(share); });
     }
+    warn_if_all_are_zero(o.obtained);
     o.seconds.refine = watch.lap();
     o.score = compute_score(options, o);
     o.seconds.score = watch.lap();

@@ -150,8 +150,8 @@ class KitFilter {
     static constexpr int kDeepest = 100;
     static constexpr int kMostValues = 200'000;  // below a key of the kit
     static constexpr int kMostValuesOfTrial = 100;
-    static constexpr std::array<std::string_view, 4> kKeysOfKit = {"kit_hash", "selection_hash",
-                                                                   "metrics", "trials"};
+    static constexpr std::array<std::string_view, 6> kKeysOfKit = {
+        "format", "kit_hash", "selection_hash", "metrics", "database", "trials"};
     static constexpr std::array<std::string_view, 6> kKeysOfTrial = {
         "configuration", "kind", "left", "right", "expected", "agreement"};
 

@@ -214,13 +214,13 @@ class Info(Case):
             self.assertIn(words, line)
             self.assertIn("1 of 3 looks damaged", result.stdout)
             for command in (("scan",), ("compare", "--metrics", "rmse,cwcbrt")):
-                result = self.run_program(*command, "--database", name, "--out", "out", "--force",
-                                          "--quiet")
+                out = f"{name}-{command[0]}"
+                result = self.run_program(*command, "--database", name, "--out", out, "--quiet")
                 self.assertEqual(result.returncode, SUCCESS)
                 warning = f"bad of {name}: "
                 line = self.only_line(result.stderr)
                 self.assertTrue(line.startswith("merl-scan: warning: " + warning) and words in line)
-                (recorded,) = support.read_json(self.work / "out" / "summary.json")["warnings"]
+                (recorded,) = support.read_json(self.work / out / "summary.json")["warnings"]
                 self.assertTrue(recorded.startswith(warning) and words in recorded)
 
     def test_copies(self):

@@ -30,7 +30,7 @@ class Devices(Case):
                                     choice)
 
     def test_no_driver(self):
-        words = ["no Vulkan driver", "mesa-vulkan-drivers"]
+        words = ["no Vulkan driver", "VK_DRIVER_FILES", "unset it"]
         self.assert_device_refused(words, **NO_DRIVER)
         self.assert_device_refused(words, "--device", "0", **NO_DRIVER)
         self.assert_refused(DEVICE, words, "verify", **NO_DRIVER)

@@ -139,6 +139,8 @@ class Taken(Case):
 class Refused(Case):
     """What is too large is a line and a status."""
 
+    warns = True  # of materials that are zero
+
     def test_a_grid_that_no_buffer_holds(self):
         for name in "ab":
             write_sparse(self.work / "db", name, (210, 210, 210))
@@ -274,6 +276,8 @@ class Limited(Case):
 
 class Marks(Case):
     """A byte order mark before any text is none of it."""
+
+    warns = True  # of a selection that is not the one that was written
 
     MARK = b"\xef\xbb\xbf"
 

@@ -123,7 +123,7 @@ TEST(Lagunas, BadFilesAreExplained) {
     expect_refused(with("[[0,1,[2]]]", "[]"), {"answers[0]", "an array"});
     expect_refused(with("[[0,1,{}]]", "[]"), {"answers[0]", "an object"});
     expect_refused(with("[[0,1]]", "[]"), {"answers[0]", "a row of 2", "rows of 3"});
-    expect_refused(with("[[0,1,2,3]]", "[]"), {"answers[0]", "a row of 4"});
+    expect_refused(with("[[0,1,2,3]]", "[]"), {"answers[0]", "a longer row"});
     expect_refused(with("[0,1,2]", "[]"), {"answers[0]", "found 0"});
     expect_refused(with("3", "[]"), {"answers[0]", "found 3"});
     expect_refused(with("null", "[]"), {"answers[0]", "null"});
