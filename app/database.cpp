@@ -275,6 +275,11 @@ void add_database(CLI::App& program, Command& chosen) {
     auto* command =
         program.add_subcommand("database", "What a database holds; the built-in one as files");
     command->require_subcommand(1);
+    command->footer(
+        "Examples:\n"
+        "  merl-scan database info                          the built-in database\n"
+        "  merl-scan database info ~/merl/brdfs             what is in it; names every bad file\n"
+        "  merl-scan database write /tmp/abc                the built-in database as files");
 
     auto* info_command = command->add_subcommand(
         "info", "Per material: samples, negative samples (not measured), range of values");

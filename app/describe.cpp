@@ -98,7 +98,7 @@ std::string content_hash_of_file(const std::filesystem::path& path) {
         XXH3_128bits_update(state.get(), bytes.data(), static_cast<std::size_t>(file.gcount()));
     }
     if (!file.eof()) {
-        throw Error(Fault::input, path.string() + ": cannot be read");
+        throw Error(Fault::output, path.string() + ": cannot be read back");
     }
     return hexadecimal(XXH3_128bits_digest(state.get()));
 }

@@ -8,8 +8,12 @@
 #include <cerrno>
 #include <chrono>
 #include <csignal>
+#include <cstdint>
 #include <cstdio>
+#include <ctime>
+#include <limits>
 #include <mutex>
+#include <string_view>
 #include <system_error>
 #include <thread>
 
@@ -22,14 +26,21 @@ namespace {
 /// How long work may take to notice.
 constexpr std::chrono::milliseconds kPatience{700};
 
-volatile std::sig_atomic_t noted_signal = 0;
+/// Signals that come so soon after the first are the same request.
+constexpr std::int64_t kSameMilliseconds = 200;
+
+// What the handler and the thread that watches share with the work.
+std::atomic<int> noted_signal = 0;
+std::atomic<std::int64_t> noted_at = std::numeric_limits<std::int64_t>::max();
+std::atomic<int> finishing = 0;  // what only a second signal ends
+static_assert(std::atomic<int>::is_always_lock_free &&
+              std::atomic<std::int64_t>::is_always_lock_free);
 int wake_up = -1;  // the end of a pipe that the handler writes to
 
-/// What to do with the files when work is ended.
+/// What to remove when work is ended.
 struct Files {
     std::mutex mutex;
     std::filesystem::path unfinished;
-    bool to_be_finished = false;
 };
 
 /// Never destroyed: the thread that watches outlives main().
@@ -38,12 +49,33 @@ Files& files() {
     return *all;
 }
 
-void note_signal(int signal) {
-    if (noted_signal != 0) {
-        ::_exit(kInterrupted + signal);
+std::int64_t milliseconds() {
+    timespec now = {};
+    ::clock_gettime(CLOCK_MONOTONIC, &now);
+    return std::int64_t{now.tv_sec} * 1000 + now.tv_nsec / 1'000'000;
+}
+
+void end_at_once(int signal) {
+    if (finishing > 0) {
+        constexpr std::string_view kWord =
+            "merl-scan: ended while results went into place; the next run into the same directory "
+            "finishes that\n";
+        [[maybe_unused]] const auto written = ::write(STDERR_FILENO, kWord.data(), kWord.size());
     }
-    noted_signal = signal;
+    ::_exit(kInterrupted + signal);
+}
+
+void note_signal(int signal) {
     const int saved = errno;
+    int none = 0;
+    if (!noted_signal.compare_exchange_strong(none, signal)) {
+        if (milliseconds() - noted_at > kSameMilliseconds) {
+            end_at_once(signal);
+        }
+        errno = saved;
+        return;
+    }
+    noted_at = milliseconds();
     const char byte = 0;
     [[maybe_unused]] const auto written = ::write(wake_up, &byte, 1);
     errno = saved;
@@ -59,9 +91,11 @@ void watch(int woken) {
         }
     }
     std::this_thread::sleep_for(kPatience);
-    const std::scoped_lock lock(files().mutex);
-    if (files().to_be_finished) {
-        return;
+    std::unique_lock lock(files().mutex);
+    while (finishing > 0) {
+        lock.unlock();
+        std::this_thread::sleep_for(kPatience);
+        lock.lock();
     }
     std::error_code ignored;
     if (!files().unfinished.empty()) {
@@ -105,8 +139,17 @@ void set_unfinished(const std::filesystem::path& directory) {
 
 void finish_in_any_case() {
     const std::scoped_lock lock(files().mutex);
-    files().to_be_finished = true;
+    ++finishing;
     files().unfinished.clear();
+}
+
+Finishing::Finishing() {
+    const std::scoped_lock lock(files().mutex);
+    ++finishing;
+}
+
+Finishing::~Finishing() {
+    --finishing;
 }
 
 void say_interrupted() {

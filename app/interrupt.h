@@ -19,7 +19,8 @@ class Interrupted : public std::exception {
 /// From now on SIGINT, SIGTERM and, unless it was ignored, SIGHUP are only noted, and writing to a
 /// closed pipe or beyond the largest file allowed is an error like any other: nothing half-written
 /// is left behind. Work that does not look at what was noted within a second, such as a driver that
-/// compiles, is ended all the same. A second signal ends the program at once.
+/// compiles, is ended all the same. A second signal ends the program at once; one that comes within
+/// a fifth of a second is the first again, as programs such as timeout send it.
 void catch_interrupts();
 
 /// Throws Interrupted when a signal was noted. Called between pieces of work.
@@ -30,6 +31,15 @@ void set_unfinished(const std::filesystem::path& directory);
 
 /// Results are being put into place: from now on only a second signal ends the program.
 void finish_in_any_case();
+
+/// The same as long as it lives: what a run that was stopped left is being put into place.
+class Finishing {
+  public:
+    Finishing();
+    ~Finishing();
+    Finishing(const Finishing&) = delete;
+    Finishing& operator=(const Finishing&) = delete;
+};
 
 /// Says once, on standard error, that the program was interrupted.
 void say_interrupted();

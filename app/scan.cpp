@@ -146,16 +146,16 @@ void print_summary(const Options& options, const Outcome& o) {
     if (!o.exact) {
         print_result("undecided",
                      o.unbounded.empty()
-                         ? fmt::format("{} configurations, closer than float32 can tell",
-                                       fmt::group_digits(o.undecided))
-                         : fmt::format("{} configurations: no error bound is known for {}",
-                                       fmt::group_digits(o.undecided), o.unbounded));
+                         ? fmt::format("{}, closer than float32 can tell",
+                                       counted(o.undecided, "configuration"))
+                         : fmt::format("{}: no error bound is known for {}",
+                                       counted(o.undecided, "configuration"), o.unbounded));
     } else if (o.obtained.database) {
         print_result(
             "refined",
-            fmt::format("{} + {} distances in float64; {} configurations were closer than "
-                        "float32 can tell",
-                        o.refined.first, o.refined.second, fmt::group_digits(o.undecided)));
+            fmt::format("{} + {} distances in float64; {} {} closer than float32 can tell",
+                        o.refined.first, o.refined.second, counted(o.undecided, "configuration"),
+                        o.undecided == 1 ? "was" : "were"));
     }
     for (const auto& [name, text] : o.obtained.device_lines) {
         print_result(name, text);

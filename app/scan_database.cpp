@@ -7,6 +7,7 @@
 #include "app/commands.h"
 #include "app/progress.h"
 #include "app/terminal.h"
+#include "engine/reflectance/abc_database.h"
 #include "engine/reflectance/slab_reader.h"
 #include "scan/input.h"
 #include "scan/json_format.h"
@@ -16,8 +17,6 @@ namespace {
 
 using nlohmann::ordered_json;
 using scan::InputError;
-
-constexpr const char* kBuiltInKind = "built-in stand-in";
 
 /// A text of an object; empty if there is none.
 std::string text_of(const ordered_json& object, const char* key) {
@@ -53,7 +52,7 @@ ScanRecord record_of(const ordered_json& json, const std::string& summary) {
         record.kind = text_of(database, "kind");
         record.content_hash = text_of(database, "content_hash");
         record.material_hashes = texts_of(database, "material_hashes");
-        if (record.kind != kBuiltInKind) {
+        if (record.kind != reflectance::built_in_kind) {
             // Older summaries have the path as it was given, which is the name.
             record.path = from_utf8(text_of(database, database.contains("path") ? "path" : "name"));
         }
@@ -80,7 +79,8 @@ FoundRecord find_scan_record(const std::string& file, const std::string& name,
     const auto path = std::filesystem::path(file).replace_filename("summary.json");
     const std::string summary = path.string();
     if (!std::filesystem::exists(path)) {
-        return {std::nullopt, fmt::format("{} is missing", summary)};
+        return {std::nullopt,
+                fmt::format("{} is missing{}", summary, scan::stopped_run_beside(summary))};
     }
     std::string text;
     try {
@@ -101,21 +101,23 @@ FoundRecord find_scan_record(const std::string& file, const std::string& name,
             : record.files.empty() && selection != nullptr && counts_the_same(json, *selection);
     if (!is_of_file) {
         return {std::nullopt,
-                fmt::format("{} is not of this {}, which is another or was edited", summary, name)};
+                fmt::format("{} is not of this {}, which is another or was edited", summary, name),
+                true};
     }
     return {std::move(record), ""};
 }
 
 std::string database_option(const ScanRecord& record) {
     if (!record.has_database()) {
-        throw InputError(fmt::format(
-            "{}: the scan was of distances from a table, {}, not of a database; --database names "
-            "that of the materials",
-            record.summary,
-            record.source.contains("distances") ? text_of(record.source["distances"], "file")
-                                                : ""));
+        throw InputError(
+            record.source.contains("distances")
+                ? fmt::format("{}: the scan was of distances from a table, {}, not of a database; "
+                              "--database names that of the materials",
+                              record.summary, text_of(record.source["distances"], "file"))
+                : fmt::format("{} does not say which database was scanned; --database names it",
+                              record.summary));
     }
-    if (record.kind == kBuiltInKind) {
+    if (record.kind == reflectance::built_in_kind) {
         return kBuiltIn;
     }
     std::error_code ignored;
@@ -146,6 +148,9 @@ ScannedDatabase::ScannedDatabase(const FoundRecord& found, const std::string& se
         return;
     }
     if (!record_->has_database()) {
+        warnings_.push_back(fmt::format("{} names no database: whether {} is what was scanned was "
+                                        "not checked",
+                                        record_->summary, database_->name()));
         return;
     }
     checked_ = true;

@@ -271,9 +271,35 @@ scan::JudgementFile read_judgements(const Options& options, Outcome& o) {
 DistanceOptions distance_options(const Options& options, const Outcome& o) {
     DistanceOptions distances = options.distances;
     if (o.scanned && distances.database.empty() && distances.distances.empty()) {
+        if (o.scanned->source.contains("distances")) {
+            throw scan::InputError(fmt::format(
+                "{}: the judged selection is of distances from a table; name it with --distances, "
+                "or with --database the database to score",
+                o.scanned->summary));
+        }
         distances.database = database_option(*o.scanned);
     }
     return distances;
+}
+
+/// Finds out what was judged. Judgements from elsewhere are scored with the stand-in unless the user
+/// says otherwise, and are told so; those of `votes` that were edited may be of any database.
+void find_what_was_judged(const Options& options, Outcome& o) {
+    auto found = find_scan_record(options.judgements, "judgements.csv", o.content_hash, nullptr);
+    o.scanned = std::move(found.record);
+    if (o.scanned || !options.distances.database.empty() || !options.distances.distances.empty()) {
+        return;
+    }
+    if (found.is_of_another_file) {
+        throw scan::InputError(
+            fmt::format("{}, so nothing says which database {} is of; --database names it: a "
+                        "directory, or {}",
+                        found.why_not, options.judgements, kBuiltIn));
+    }
+    o.obtained.warnings.push_back(
+        fmt::format("{} does not say which materials were judged: they are scored with the "
+                    "built-in stand-in; --database names another, or {}",
+                    options.judgements, kBuiltIn));
 }
 
 /// Distances of other materials than those that were judged are an error, unless the user has named
@@ -314,10 +340,12 @@ int run(const Options& options) {
     Stopwatch watch;
     const auto file = read_judgements(options, o);
     o.format = file.format;
-    o.scanned =
-        find_scan_record(options.judgements, "judgements.csv", o.content_hash, nullptr).record;
+    find_what_was_judged(options, o);
     o.seconds.judgements = watch.lap();
+    const auto warnings = std::exchange(o.obtained.warnings, {});
+    std::ranges::for_each(warnings, print_warning);
     o.obtained = obtain_distances(distance_options(options, o), kMetrics, options.quiet);
+    o.obtained.warnings.insert(o.obtained.warnings.begin(), warnings.begin(), warnings.end());
     compare_with_scan(options, o);
     o.seconds.device = o.obtained.device_seconds;
     o.seconds.distances = o.obtained.distance_seconds;
@@ -337,7 +365,11 @@ int run(const Options& options) {
     out.write("score.csv", [&](int f) { scan::write_scores(f, o.score); });
     out.write("score_pairs.csv", [&](int f) { scan::write_pair_scores(f, o.score); });
     const auto name = std::filesystem::path(options.judgements).filename().string();
-    const std::string subtitle = fmt::format("{}: {}", name, judgements_text(o));
+    const bool is_stand_in =
+        o.obtained.database && o.obtained.database->kind() == reflectance::built_in_kind;
+    const std::string subtitle =
+        fmt::format("{}: {}{}", name, judgements_text(o),
+                    is_stand_in ? "; distances of " + o.obtained.database->name() : "");
     out.write("score.svg", [&](int f) { scan::write_all(f, score_svg(o.score, subtitle)); });
     const std::string summary = summary_json(options, o);
     out.write("summary.json", [&](int f) { scan::write_all(f, summary); });

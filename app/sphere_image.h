@@ -39,8 +39,10 @@ Image displayed(const Image& linear, const SphereImageOptions& options);
 using SphereImageSink =
     std::function<void(const reflectance::SphereImage& sphere, const Image& linear)>;
 
-/// A comment that also says what was rendered, and what it says; empty if it says nothing.
+/// A comment on an image that also says what was rendered.
 std::string with_content_hash(const std::string& comment, const std::string& content_hash);
+
+/// The content hash that a comment says; empty if it says none.
 std::string content_hash_in(const std::string& comment);
 
 /// Opens the device and renders the materials. `progress` is called with the share that is done.

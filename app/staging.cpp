@@ -21,13 +21,13 @@
 #include "app/terminal.h"
 #include "engine/error.h"
 #include "scan/csv.h"
+#include "scan/input.h"
 
 namespace merl::app {
 namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::string_view kPrefix = ".merl-scan.partial-";
 constexpr const char* kRun = "run";
 constexpr const char* kWriting = "writing";
 constexpr const char* kNew = "new";
@@ -106,6 +106,7 @@ struct Found {
     bool ours = false;  // belongs to this user
     bool replace = false;
     std::vector<std::string> names;
+    std::vector<std::string> replaced;  // identity_of() what was to be replaced, of each name
 
     bool concerns(const std::vector<std::string>& others) const {
         return std::ranges::any_of(names, [&](const auto& name) {
@@ -127,6 +128,32 @@ std::string entries_text(bool replace, const std::vector<std::string>& names) {
     return text += '\0';
 }
 
+/// Tells a file from another that a person has put in its place.
+std::string identity_of(const fs::path& path) {
+    struct stat status = {};
+    return ::lstat(path.c_str(), &status) != 0
+               ? "none"
+               : fmt::format("{} {} {} {}.{:09}", status.st_dev, status.st_ino, status.st_size,
+                             status.st_mtim.tv_sec, status.st_mtim.tv_nsec);
+}
+
+std::vector<std::string> identities_of(const fs::path& place,
+                                       const std::vector<std::string>& names) {
+    std::vector<std::string> identities(names.size());
+    std::ranges::transform(names, identities.begin(),
+                           [&](const auto& name) { return identity_of(place / name); });
+    return identities;
+}
+
+/// Comes after the entries when they are about to go into place: what is there of each.
+std::string replaced_text(const fs::path& place, const std::vector<std::string>& names) {
+    std::string text(1, '\0');
+    for (const auto& identity : identities_of(place, names)) {
+        (text += identity) += '\0';
+    }
+    return text;
+}
+
 void read_entries(Found& found) {
     constexpr std::size_t kMost = 1U << 24U;  // anybody may have made this file
     std::string text;
@@ -141,10 +168,15 @@ void read_entries(Found& found) {
     }
     found.replace = text.starts_with("replace");
     auto at = std::min(text.find('\0'), text.size() - 1) + 1;
+    bool names_end = false;
     for (std::size_t end = 0; (end = text.find('\0', at)) != std::string::npos; at = end + 1) {
-        const auto name = text.substr(at, end - at);
-        if (name.find('/') == std::string::npos && name != "..") {  // it may come from an archive
-            found.names.push_back(name);
+        const auto entry = text.substr(at, end - at);
+        if (names_end) {
+            found.replaced.push_back(entry);
+        } else if (entry.empty()) {
+            names_end = true;
+        } else if (entry.find('/') == std::string::npos && entry != "..") {
+            found.names.push_back(entry);  // it may come from an archive
         }
     }
 }
@@ -159,7 +191,7 @@ std::vector<Found> staging_directories(const fs::path& place, const fs::path& ow
         found.place = place;
         found.directory = i->path();
         struct stat status = {};
-        if (!i->path().filename().string().starts_with(kPrefix) || i->path() == own ||
+        if (!i->path().filename().string().starts_with(scan::stopped_run_prefix) || i->path() == own ||
             ::lstat(i->path().c_str(), &status) != 0 || !S_ISDIR(status.st_mode)) {
             continue;
         }
@@ -190,15 +222,18 @@ void remove_staging(const fs::path& directory, Descriptor& run) {
     fs::remove(directory);
 }
 
-/// Moves what is in new/ into place, and what it replaces to old/. It does not matter how far this
-/// got before.
+/// Moves what is in new/ into place, and what it replaces to old/, which is what `replaced` says of
+/// each name. It does not matter how far this got before.
 void move(const fs::path& place, const fs::path& directory, bool replace,
-          const std::vector<std::string>& names, Staging::Moves& moves) {
+          const std::vector<std::string>& names, const std::vector<std::string>& replaced,
+          Staging::Moves& moves) {
     for (auto name = names.rbegin(); name != names.rend(); ++name) {
         if (!is_there(directory / kNew / *name) || !is_there(place / *name)) {
             continue;
         }
-        if (!replace || is_there(directory / kOld / *name)) {
+        const auto number = static_cast<std::size_t>(names.rend() - name) - 1;
+        if (!replace || is_there(directory / kOld / *name) || number >= replaced.size() ||
+            replaced[number] != identity_of(place / *name)) {
             fail_occupied(*name);
         }
         require_replaceable(place / *name);
@@ -315,7 +350,7 @@ Staging::Staging(const fs::path& place, bool replace, std::vector<std::string> n
 void Staging::make(const fs::path& place) {
     std::random_device random;
     for (int attempt = 0; attempt < 100; ++attempt) {
-        const auto directory = place / fmt::format("{}{:08x}", kPrefix, random());
+        const auto directory = place / fmt::format("{}{:08x}", scan::stopped_run_prefix, random());
         if (::mkdir(directory.c_str(), 0777) != 0) {
             if (errno == EEXIST) {
                 continue;
@@ -364,6 +399,7 @@ fs::path Staging::path(const std::string& name) const {
 void Staging::put_into_place() {
     const auto what = called(place_, names_);
     try {
+        scan::write_all(run_.get(), replaced_text(place_, names_));
         for (const auto& name : names_) {
             if (fs::is_directory(path(name))) {
                 sync_directory(path(name));
@@ -381,7 +417,7 @@ void Staging::put_into_place() {
     Moves moves;
     try {
         sync_directory(directory_);
-        move(place_, directory_, replace_, names_, moves);
+        move(place_, directory_, replace_, names_, identities_of(place_, names_), moves);
     } catch (const std::exception& error) {
         try {
             move_back(place_, directory_, moves);
@@ -446,13 +482,15 @@ void finish_stopped_runs(const fs::path& place, const std::vector<std::string>& 
             continue;
         }
         try {
-            Staging::Moves moves;
-            if (is_there(found.directory / kNew)) {
-                move(place, found.directory, found.replace, found.names, moves);
+            const Finishing until_done;
+            const bool is_whole = is_there(found.directory / kNew);
+            if (is_whole) {
+                Staging::Moves moves;
+                move(place, found.directory, found.replace, found.names, found.replaced, moves);
                 sync_directory(place);
             }
             require_nothing_lost(found);
-            if (!moves.placed.empty()) {
+            if (is_whole) {
                 say(
                     fmt::format("{}: a run was stopped while its results went into place; they are "
                                 "all there now",

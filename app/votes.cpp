@@ -21,6 +21,7 @@
 #include "app/terminal.h"
 #include "app/votes_json.h"
 #include "app/votes_report.h"
+#include "engine/reflectance/abc_database.h"
 #include "scan/csv.h"
 #include "scan/input.h"
 #include "scan/survey_file.h"
@@ -86,6 +87,13 @@ void compare_with_scan(const scan::VoteKit& kit, Inputs& inputs) {
     }
 }
 
+/// The name of the built-in database if that was judged: whatever is published has to say so.
+std::string stand_in_of(const Inputs& inputs) {
+    return inputs.scanned && inputs.scanned->kind == reflectance::built_in_kind
+               ? inputs.scanned->source["database"]["name"].get<std::string>()
+               : "";
+}
+
 /// `sources` gets the names and hashes of the files.
 Inputs read_inputs(const Options& options, ordered_json& sources) {
     Inputs inputs;
@@ -116,6 +124,12 @@ Inputs read_inputs(const Options& options, ordered_json& sources) {
         if (inputs.material_hashes.empty()) {
             inputs.material_hashes = kit->material_hashes;
         }
+    }
+    if (!options.spheres.empty() && inputs.material_hashes.empty()) {
+        inputs.warnings.push_back(
+            fmt::format("whether the images of {} show what was judged was not checked: neither a "
+                        "summary beside {} nor a kit has hashes of materials",
+                        options.spheres, options.selection));
     }
     std::vector<scan::VoteFile> files;
     sources["votes"] = ordered_json::array();
@@ -160,7 +174,7 @@ void print_overall(const std::string& name, const scan::Votes& votes, const scan
                                  votes.second_metric, o.second_right));
     print_result("", fmt::format("overall p {} (judges and materials as clusters); judges {} to "
                                  "{}, sign test p {}",
-                                 o.lead.too_few.empty() ? p_text(o.p_value) : "from too few",
+                                 o.lead.too_few.empty() ? p_text(o.p_value) : "[too few]",
                                  o.judges_first, o.judges_second, p_text(o.judges_p)));
     if (!o.lead.too_few.empty()) {
         print_result("", fmt::format("too few for intervals: {}", o.lead.too_few));
@@ -233,6 +247,9 @@ void print_summary(const Options& options, const Inputs& inputs,
     print_result("judges", fmt::format("{}, {} trials each{}", votes.judges.size(),
                                        fmt::group_digits(votes.trials),
                                        votes.with_kit ? "" : "; not checked against a kit"));
+    if (const auto stand_in = stand_in_of(inputs); !stand_in.empty()) {
+        print_result("database", stand_in);
+    }
     print_result("metrics", fmt::format("{}, {}", votes.first_metric, votes.second_metric));
     print_overall("selection", votes, statistics.selection);
     if (statistics.random) {
@@ -284,7 +301,9 @@ int run(const Options& options) {
                             {"seed", options.bootstrap.seed},
                             {"interval", "percentile, 95 %"}};
     summary["figures"] = votes_json(inputs.votes, statistics);
-    const std::string report = votes_report(summary, inputs.survey, images);
+    ordered_json shown = summary;
+    shown["stand_in"] = stand_in_of(inputs);
+    const std::string report = votes_report(shown, inputs.survey, images);
     if (inputs.scanned) {  // after the page is made: where the database is concerns nobody else
         summary.update(inputs.scanned->source);
     }

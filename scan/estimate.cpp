@@ -17,7 +17,9 @@ Estimate bootstrapped(double value, std::span<const double> values, const std::s
     if (!reason.empty()) {
         return {value, {none, none}, reason};
     }
-    if (const auto samples = too_few(values.size(), "bootstrap samples", fewest_replicates);
+    const auto numbers = std::ranges::count_if(values, [](double v) { return !std::isnan(v); });
+    if (const auto samples = too_few(static_cast<std::uint64_t>(numbers), "bootstrap samples",
+                                     fewest_replicates);
         !samples.empty()) {
         return {value, {none, none}, samples};
     }

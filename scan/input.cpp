@@ -8,6 +8,8 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <filesystem>
+#include <system_error>
 
 namespace merl::scan {
 namespace {
@@ -19,7 +21,9 @@ class File {
         // Non-blocking, so that a FIFO is refused and not waited for.
         : path_(path), descriptor_(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK)) {
         if (descriptor_ < 0) {
-            fail(fmt::format("cannot be opened: {}", std::strerror(errno)));
+            const int code = errno;
+            fail(fmt::format("cannot be opened: {}{}", std::strerror(code),
+                             code == ENOENT ? stopped_run_beside(path) : ""));
         }
     }
     ~File() { ::close(descriptor_); }
@@ -60,6 +64,20 @@ class File {
 };
 
 }  // namespace
+
+std::string stopped_run_beside(const std::string& path) {
+    std::error_code code;
+    const auto parent = std::filesystem::path(path).parent_path();
+    for (std::filesystem::directory_iterator i(parent.empty() ? "." : parent, code), end;
+         !code && i != end; i.increment(code)) {
+        if (i->path().filename().string().starts_with(stopped_run_prefix)) {
+            return fmt::format("; a run that is at work or was stopped has results in {}, and the "
+                               "next one into that directory puts them into place",
+                               i->path().string());
+        }
+    }
+    return "";
+}
 
 std::string_view json_fault(const std::exception& error) {
     // After "[json.exception.parse_error.101] ".

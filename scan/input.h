@@ -14,6 +14,14 @@ class InputError : public std::runtime_error {
     using std::runtime_error::runtime_error;
 };
 
+/// How the hidden directory begins in which a run has its results until they are whole, and which a
+/// run that was killed leaves beside them.
+inline constexpr std::string_view stopped_run_prefix = ".merl-scan.partial-";
+
+/// "; a run that was stopped left results in ..." where there is such a directory beside a file that
+/// is missing, otherwise nothing.
+std::string stopped_run_beside(const std::string& path);
+
 /// The largest text that is read: a thousand materials under forty metrics.
 inline constexpr std::uint64_t max_input_bytes = std::uint64_t{1} << 30U;
 

@@ -118,7 +118,7 @@ class KitFilter {
         if (depth == 1 && event == Event::key) {
             return key_of_kit(parsed.get_ref<const std::string&>());
         }
-        if (depth == 1 && event == Event::value && at_format_) {
+        if (depth == 1 && at_format_ && (begins || event == Event::value)) {
             // Before the trials, which a newer kit may write in another way.
             expect_known_format(json::object({{"format", parsed}}), file_);
         }

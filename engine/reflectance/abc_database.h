@@ -6,6 +6,9 @@
 
 namespace merl::reflectance {
 
+/// Database::kind() of the built-in database.
+inline constexpr const char* built_in_kind = "built-in stand-in";
+
 /// The built-in stand-in for the measured MERL database: the ABC microfacet model with the figures
 /// that Löw et al. (ACM TOG 31(1), 2012) fitted to its 100 materials, evaluated at voxel centres.
 /// Any grid can be asked for; nothing is ever "not measured", and below the horizon it is zero.

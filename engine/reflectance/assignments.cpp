@@ -1,7 +1,6 @@
 #include "engine/reflectance/assignments.h"
 
 #include <algorithm>
-#include <functional>
 
 namespace merl::reflectance {
 namespace {

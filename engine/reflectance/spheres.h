@@ -34,7 +34,7 @@ struct SphereImage {
     std::span<const SpherePixel> pixels;  // rows from the top
     /// Identifies the samples that were rendered: one of DistanceResult::material_hashes if they
     /// are those of a scan.
-    const std::string& content_hash;
+    std::string content_hash;
 };
 
 /// What it throws ends the rendering and comes out.

@@ -13,7 +13,7 @@ import subprocess
 import tempfile
 
 import support
-from support import OUTPUT, RESULTS, SUCCESS, Case, read_json, tree
+from support import INPUT, OUTPUT, RESULTS, SUCCESS, Case, read_json, tree
 
 if os.access("/dev/shm", os.W_OK):
     tempfile.tempdir = "/dev/shm"  # hundreds of runs that wait for the disk
@@ -113,8 +113,7 @@ class Faults(Case):
     def assert_next_run_restores(self, old, result):
         """Without --force it does not replace results, so they are what the other run left."""
         before = self.in_place()
-        left = [p for p in self.work.rglob("new") if p.parent.name.startswith(".")]
-        left = bool(left and list(left[0].iterdir()))
+        left = any(p.parent.name.startswith(".") for p in self.work.rglob("new"))
         following = self.scan_new(table="old.csv", force=False)
         self.assertIn(following.returncode, (SUCCESS, OUTPUT), following.stderr)
         self.assertEqual(following.stderr.count(STOPPED), left, following.stderr)
@@ -253,6 +252,35 @@ class Faults(Case):
                                    "--distances", "old.csv", "--out", "out", "--force")
         self.assertIn(str(next(self.out.glob(".*"))), line)
         self.assertEqual(tree(self.out), before)
+
+    def test_what_somebody_put_there_instead_of_the_old_is_not_replaced(self):
+        self.start(True)
+        self.scan_new(fault="rename:2:kill")  # all are whole, and none has moved
+        for name in self.old:
+            (self.out / name).unlink()
+            (self.out / name).write_text("mine")
+        before = tree(self.out)
+        for force in [], ["--force"]:
+            line = self.assert_refused(OUTPUT, [STOPPED, "somebody else put"], "scan",
+                                       "--distances", "old.csv", "--out", "out", *force)
+            self.assertIn(str(next(self.out.glob(".*"))), line)
+            self.assertEqual(tree(self.out), before)
+
+    def test_a_killed_restoring_is_told_by_the_next_run(self):
+        self.start(True)
+        self.scan_new(fault="rename:5:kill")
+        self.log.unlink()
+        self.scan_new(fault="fsync:1:kill", table="old.csv", force=False)
+        result = self.scan_new(table="old.csv", force=False)
+        self.assertIn(STOPPED, result.stderr)
+        self.assertEqual(self.in_place(), self.new)
+
+    def test_what_reads_results_says_where_they_are(self):
+        self.start(True)
+        self.scan_new(fault="rename:6:kill")
+        (hidden,) = self.out.glob(".*")
+        self.assert_refused(INPUT, ["selection.csv", str(hidden)], "judge", "--selection",
+                            str(self.out / "selection.csv"))
 
     def test_what_a_person_moved_by_hand_is_not_lost(self):
         """The new results are taken elsewhere and the old ones not put back yet."""

@@ -151,12 +151,12 @@ class Case(unittest.TestCase):
 class Running:
     """The program at work in the directory of a test, until it is told to stop."""
 
-    def __init__(self, case, *arguments, stderr=subprocess.PIPE, **changes):
+    def __init__(self, case, *arguments, stdout=subprocess.PIPE, stderr=subprocess.PIPE, **changes):
         self.case = case
         self.start = time.monotonic()
         self.process = subprocess.Popen(
             [PROGRAM, *arguments], cwd=case.work, stdin=subprocess.DEVNULL, text=True,
-            env={**os.environ, **changes}, stdout=subprocess.PIPE, stderr=stderr,
+            env={**os.environ, **changes}, stdout=stdout, stderr=stderr,
         )
 
     def __enter__(self):
@@ -188,7 +188,7 @@ class Running:
         wrote to standard error."""
         self.process.send_signal(signal)
         output, errors = self.process.communicate(timeout=seconds)
-        self.case.assertEqual((self.process.returncode, output), (INTERRUPTED + signal, ""))
+        self.case.assertEqual((self.process.returncode, output or ""), (INTERRUPTED + signal, ""))
         return errors
 
 
