@@ -47,7 +47,8 @@ std::wstring judge_identity(const std::string& name) {
             identity += L' ';
             space = false;
         }
-        identity += letters.tolower(letters.toupper(letter));
+        // In lower case İ is two characters, which the page of a kit does not take for its own.
+        identity += letter == L'\u0130' ? letter : letters.tolower(letters.toupper(letter));
     }
     return identity;
 }

@@ -541,6 +541,9 @@ class Page(Case):
         self.assertEqual(self.browser.run(
             "[['Åsa', 'ÅSA'], ['Ασ', 'ας'], ['Straße', 'STRAßE'], ['e\u0301', 'É']].map("
             "names => new Set(names.map(n => identity(cleaned(n)))).size)"), [1, 1, 1, 1])
+        # As `votes` does it: İ is a letter of its own.
+        self.assertEqual(self.browser.run("['İnci', 'inci', 'ıNCI'].map(name => identity(cleaned(name)))"),
+                         ["İnci", "inci", "inci"])
         self.assertEqual(self.browser.run("JSON.stringify(orderFor('Anna')) === JSON.stringify(orderFor('anna'))"), True)
         # A tab that is opened anew belongs to nobody.
         self.show_again()
@@ -798,6 +801,98 @@ class Page(Case):
         self.answer("2")
         self.assertEqual(self.download("#save", "votes-anna.csv")[0]["vote"], "2")
 
+    def stall(self):
+        """Storage answers nobody any more, until `stalled` is false: a transaction that does not end."""
+        self.browser.run("""stalled = true; openDatabase().then(opened => new Promise(begun => {
+            const store = opened.transaction('kept', 'readwrite').objectStore('kept');
+            const hold = () => store.get('language').onsuccess = () => {
+              begun();
+              if (stalled) hold();
+            };
+            hold();
+        })).then(() => { patience = 300; })""")
+
+    def stored(self):
+        """The record of anna."""
+        return self.browser.run("exchange('judge:anna', () => undefined)")
+
+    def return_while_storage_stalls(self):
+        self.show()
+        self.begin()
+        for vote in "1231":
+            self.answer(vote)
+        self.browser.run("keepJudgeOfTab(null)")
+        self.reload()
+        self.stall()
+        self.name("anna")
+        self.until_screen("trial")
+        self.until("!byId('warning').hidden")
+        self.assertEqual((self.browser.text("#place"), self.votes()[:4]), ("Practice", [0, 0, 0, 0]))
+
+    def test_storage_that_stalls_as_a_judge_returns(self):
+        self.return_while_storage_stalls()
+        self.browser.run("stalled = false")
+        # Nothing has to be done: the page goes on where the judge was.
+        self.until("byId('place').textContent.startsWith('5 ') && byId('warning').hidden")
+        self.assertEqual(self.votes()[:5], [1, 2, 3, 1, 0])
+        self.assertEqual(self.stored()["judge"]["votes"][:5], [1, 2, 3, 1, 0])
+        self.answer("2")
+        self.reload()
+        self.until_screen("trial")
+        self.assertEqual(self.votes()[:6], [1, 2, 3, 1, 2, 0])
+        self.assert_calm()
+
+    def test_what_is_answered_while_storage_stalls_is_joined_to_what_is_stored(self):
+        self.return_while_storage_stalls()
+        self.answer("1")
+        self.step(lambda: self.browser.press("Enter"))
+        self.answer("3")
+        self.assertEqual(self.votes()[:5], [3, 0, 0, 0, 0])
+        # Somebody reads the instructions at the moment when it is back, and is not led away from them.
+        self.browser.press("?", "Slash")
+        self.until_screen("start")
+        self.browser.run("stalled = false")
+        self.until("patience === 10000")
+        self.assertEqual(self.stored()["judge"]["votes"][:5], [1, 2, 3, 1, 0])
+        self.assertEqual(self.screen(), "start")
+        self.name("anna")
+        self.until("byId('place').textContent.startsWith('5 ') && byId('warning').hidden")
+        self.assertEqual(self.votes()[:5], [3, 2, 3, 1, 0])
+        self.until("desk.loose.size === 0")
+        self.assertEqual(self.stored()["judge"]["votes"][:5], [3, 2, 3, 1, 0])
+
+    def test_a_judge_who_begins_while_storage_stalls_is_stored_when_it_is_back(self):
+        self.show()
+        self.stall()
+        self.name("anna")
+        self.answer("3")
+        self.step(lambda: self.browser.press("Enter"))
+        self.answer("2")
+        self.browser.run("stalled = false")
+        self.until("patience === 10000")
+        self.until("!byId('trial').hidden && byId('warning').hidden && desk.loose.size === 0")
+        self.assertEqual(self.votes()[:2], [2, 0])
+        self.answer("1")
+        self.assertEqual(self.stored()["judge"]["votes"][:3], [2, 1, 0])
+
+    def test_a_late_attempt_does_not_write_an_old_state(self):
+        self.show()
+        self.begin()
+        self.answer("1")
+        self.stall()
+        # The second write waits at the database before the second attempt of the first one.
+        self.browser.run("""new Promise(done => {
+            judge.votes[1] = 1;
+            keepJudge('votes');
+            setTimeout(() => {
+              judge.votes[1] = 2;
+              keepJudge('votes');
+            }, 200);
+            setTimeout(() => done(stalled = false), 400);
+        })""")
+        self.until("desk.loose.size === 0 && patience === 10000")
+        self.assertEqual(self.stored()["judge"]["votes"][:3], [1, 2, 0])
+
     def test_storage_that_is_cleared_meanwhile(self):
         self.show()
         self.begin()
@@ -855,6 +950,39 @@ class Page(Case):
         self.until("answerable")
         self.step(lambda: self.browser.tap("[data-vote='2']"))
         self.assertEqual(self.votes()[:3], [0, 2, 0])
+
+    def test_no_answer_where_spheres_are_too_small_or_out_of_sight(self):
+        def resize(width, height):
+            self.browser.call("Emulation.setDeviceMetricsOverride", width=width, height=height,
+                              deviceScaleFactor=1, mobile=False)
+            self.browser.draw()
+
+        self.show()
+        self.begin()
+        for width, height in (200, 150), (120, 100), (60, 700), (1000, 80):
+            self.until("answerable")
+            shown = self.browser.run("shownAt")
+            resize(width, height)
+            self.until("!byId('small').hidden")
+            self.browser.press("2", "Digit2")
+            self.browser.run("document.querySelector('[data-vote=\"3\"]').click()")
+            time.sleep(0.2)
+            self.assertEqual(self.browser.run("[answerable, judge.votes[0]]"), [False, 0], (width, height))
+            if width >= 200:
+                top, bottom = self.browser.run("(b => [b.top, b.bottom])(byId('small').getBoundingClientRect())")
+                self.assertGreaterEqual(top, 0)
+                self.assertLessEqual(bottom, height)
+            # In a larger window everything has to be seen from the beginning.
+            self.browser.run("speed = 0")
+            resize(1200, 900)
+            self.until(f"byId('small').hidden && shownAt !== {shown}")
+            time.sleep(0.4)
+            self.assertFalse(self.browser.run("answerable"))
+            self.browser.run("speed = 20")
+        self.assertIn("larger", self.browser.text("#small"))
+        self.answer("2")
+        self.assertEqual(self.votes()[:2], [2, 0])
+        self.assert_calm()
 
     def test_spheres_of_several_lights_are_as_large_as_they_can_be(self):
         self.make_kit("two-lights", "--light", "1,1,1", "--light", "-1,1,1")

@@ -216,6 +216,9 @@ TEST(GatherVotes, NamesAreTheSameInUpperAndLowerCase) {
     EXPECT_NE(judge_identity("anna"), judge_identity("an na"));
     EXPECT_NE(judge_identity("\xff"), judge_identity("\xfe"));
     EXPECT_NE(judge_identity("\u00e5"), judge_identity("a"));
+    EXPECT_NE(judge_identity("\u0130nci"), judge_identity("inci"));
+    EXPECT_EQ(judge_identity("\u0130NC\u0130"), judge_identity("\u0130nc\u0130"));
+    EXPECT_EQ(judge_identity("\u0131nci"), judge_identity("INCI"));
 }
 
 TEST(GatherVotes, AnotherKitIsExplained) {
