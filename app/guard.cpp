@@ -77,7 +77,7 @@ void with_little_stack(std::function<void()> work) {
         with_little_stack([&] { report = report_of(work); });
     } catch (const std::exception& error) {
         report =
-            static_cast<char>('0' + static_cast<int>(Fault::device)) + std::string(error.what());
+            static_cast<char>('0' + static_cast<int>(Fault::resource)) + std::string(error.what());
     }
     report += '.';  // says that it got this far
     const char* rest = report.data();

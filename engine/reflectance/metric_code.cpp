@@ -161,9 +161,6 @@ const std::set<Word> kAllowedFunctions = {
     GLSLstd450Distance,
     GLSLstd450Cross,
     GLSLstd450Normalize,
-    GLSLstd450FaceForward,
-    GLSLstd450Reflect,
-    GLSLstd450Refract,
 };
 
 const std::set<std::string> kRoots = {"transform", "weight", "difference"};
@@ -185,6 +182,9 @@ class Check {
             if (i.op == spv::OpVariable ||
                 (i.op >= spv::OpSpecConstantTrue && i.op <= spv::OpSpecConstantOp)) {
                 out_of_reach_.insert(i.result);
+            }
+            if (is_not_finite(i)) {
+                not_finite_.insert(i.result);
             }
         }
     }
@@ -217,6 +217,19 @@ class Check {
         }
         throw Error(Fault::input,
                     fmt::format("{}:{}: {}", name == text_name_ ? file_ : name, at.line, message));
+    }
+
+    /// A constant with an infinity or NaN in it; its parts come before it.
+    bool is_not_finite(const Instruction& i) const {
+        if (i.op == spv::OpConstantComposite) {
+            return std::any_of(i.operands.begin(), i.operands.end(),
+                               [&](Id part) { return not_finite_.contains(part); });
+        }
+        if (i.op != spv::OpConstant || module_.global(i.type)->op != spv::OpTypeFloat) {
+            return false;
+        }
+        const Word exponent = i.operands.size() == 1 ? 0x7f800000U : 0x7ff00000U;
+        return (i.operands.back() & exponent) == exponent;
     }
 
     /// A variable of the whole file would keep its value from one call to the next, or be computed
@@ -282,6 +295,11 @@ class Check {
                                       name, module_.name(id)));
             }
         }
+        for (const Id id : ids_of(i)) {
+            if (not_finite_.contains(id)) {
+                refuse(i, fmt::format("{}() has a constant that is infinite or not a number", name));
+            }
+        }
         if (i.op == spv::OpFunctionCall) {
             const auto callee = short_name(module_, i.operands[0]);
             if (callee.starts_with("guard_") || !function_of_.contains(i.operands[0])) {
@@ -310,6 +328,7 @@ class Check {
     const std::string& text_name_;
     std::map<Id, std::size_t> function_of_;
     std::set<Id> out_of_reach_;
+    std::set<Id> not_finite_;
     std::set<std::size_t> on_the_way_;
     std::set<std::size_t> done_;
     std::vector<std::size_t> order_;

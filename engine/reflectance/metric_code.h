@@ -7,6 +7,13 @@
 
 namespace merl::reflectance {
 
+/// The parameters of a user's metric are specialization constants, of this constant_id and the next
+/// ones, so that the compiler computes nothing with them: its results would be out of sight.
+constexpr spirv::Word kFirstParameter = 1000;
+
+/// Makes constants of them again, whose values are those given by default.
+void fix_parameters(spirv::Module& module);
+
 /// Refuses what the compiled functions of a metric may not do: reach anything but their arguments
 /// and their own variables, read a variable before it has a value, end without a result, jump back
 /// other than in a loop. What is not known to be harmless is refused. `file` is what messages call

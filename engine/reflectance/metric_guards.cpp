@@ -24,12 +24,13 @@ const std::map<Word, const char*> kFunctionInstead = {
     {GLSLstd450FMin, "guard_min"},
     {GLSLstd450FMax, "guard_max"},
     {GLSLstd450FClamp, "guard_clamp"},
+    {GLSLstd450FMix, "guard_mix"},
     {GLSLstd450FSign, "guard_sign"},
     {GLSLstd450Step, "guard_step"},
     {GLSLstd450SmoothStep, "guard_smoothstep"},
 };
 
-/// A larger constant is left as it is.
+/// A larger constant is left as it is; its zeros are hidden where it is read.
 constexpr std::uint64_t kMostScalars = 64;
 
 bool is_integer_division(spv::Op op) {
@@ -191,17 +192,63 @@ class Guard {
             i.op = spv::OpFAdd;
             i.operands[1] = minus;
             code_.push_back(std::move(i));
-        } else if (i.op == spv::OpConvertSToF || i.op == spv::OpConvertUToF) {
-            const Id number = emit(i.op, i.type, i.operands);  // a zero, where a loop is unrolled
-            module_.decorate(i.result, spv::DecorationNoContraction);
-            code_.push_back({.op = spv::OpFAdd,
-                             .type = i.type,
-                             .result = i.result,
-                             .operands = {number, without_zeros(module_.null(i.type))}});
         } else {
             change_operands(i);
-            code_.push_back(std::move(i));
+            if (may_be_known_zero(i)) {
+                hide_zeros(std::move(i));
+            } else {
+                code_.push_back(std::move(i));
+            }
         }
+    }
+
+    /// Whether an instruction may give a zero that the device knows and that is no constant here:
+    /// of an integer, where a loop is unrolled, or of an array, which may be a large constant.
+    bool may_be_known_zero(const Instruction& i) const {
+        switch (i.op) {
+            case spv::OpConvertSToF:
+            case spv::OpConvertUToF:
+                return true;
+            case spv::OpBitcast:
+                return is_float(i.type);
+            case spv::OpLoad:
+                return is_float(i.type) && of_array_.contains(i.operands[0]);
+            case spv::OpCompositeExtract:
+                return is_float(i.type) && has_array(type_of(i.operands[0]));
+            default:
+                return false;
+        }
+    }
+
+    /// Less a zero that the device does not know: that leaves a zero of either sign as it is.
+    void hide_zeros(Instruction i) {
+        const Id result = i.result;
+        const Id type = i.type;
+        i.result = module_.new_id();
+        const Id number = i.result;
+        code_.push_back(std::move(i));
+        const auto& t = *module_.global(type);
+        if (t.op != spv::OpTypeMatrix) {
+            add_minus_zero(result, type, number);
+            return;
+        }
+        std::vector<Id> columns;
+        for (Word k = 0; k < t.operands[1]; ++k) {
+            const Id column = emit(spv::OpCompositeExtract, t.operands[0], {number, k});
+            columns.push_back(module_.new_id());
+            add_minus_zero(columns.back(), t.operands[0], column);
+        }
+        code_.push_back({.op = spv::OpCompositeConstruct,
+                         .type = type,
+                         .result = result,
+                         .operands = std::move(columns)});
+    }
+
+    void add_minus_zero(Id result, Id type, Id number) {
+        const Id zero = arithmetic(spv::OpFNegate, type, {without_zeros(module_.null(type))});
+        module_.decorate(result, spv::DecorationNoContraction);
+        code_.push_back(
+            {.op = spv::OpFAdd, .type = type, .result = result, .operands = {number, zero}});
     }
 
     void change_function(Instruction i) {
@@ -211,9 +258,75 @@ class Guard {
             call_instead(i, instead->second, {i.operands.begin() + 2, i.operands.end()});
         } else if (function == GLSLstd450Normalize || function == GLSLstd450MatrixInverse) {
             times_size(i, function == GLSLstd450Normalize);
+        } else if (function == GLSLstd450Distance) {
+            i.operands = {glsl_, GLSLstd450Length, less(i.operands[2], i.operands[3])};
+            code_.push_back(std::move(i));
+        } else if (function == GLSLstd450Cross) {
+            cross(i);
+        } else if (function == GLSLstd450Fma) {
+            const Id product = arithmetic(spv::OpFMul, i.type, {i.operands[2], i.operands[3]});
+            module_.decorate(i.result, spv::DecorationNoContraction);
+            code_.push_back({.op = spv::OpFAdd,
+                             .type = i.type,
+                             .result = i.result,
+                             .operands = {product, i.operands[4]}});
+        } else if (function == GLSLstd450Determinant) {
+            determinant(std::move(i));
+        } else if (function == GLSLstd450PackDouble2x32) {
+            hide_zeros(std::move(i));
         } else {
             code_.push_back(std::move(i));
         }
+    }
+
+    /// Differences of products, of which a device may know that they are 0 when they are of the same
+    /// numbers.
+    void cross(const Instruction& i) {
+        const Id a = i.operands[2];
+        const Id b = i.operands[3];
+        const auto turned = [&](Id v, Word x, Word y, Word z) {
+            return emit(spv::OpVectorShuffle, i.type, {v, v, x, y, z});
+        };
+        const Id plus =
+            arithmetic(spv::OpFMul, i.type, {turned(a, 1, 2, 0), turned(b, 2, 0, 1)});
+        const Id minus =
+            arithmetic(spv::OpFMul, i.type, {turned(a, 2, 0, 1), turned(b, 1, 2, 0)});
+        code_.push_back({.op = spv::OpCopyObject,
+                         .type = i.type,
+                         .result = i.result,
+                         .operands = {less(plus, minus)}});
+    }
+
+    /// Of a matrix that is not finite: NaN, also where a device may know the products to be the same.
+    void determinant(Instruction i) {
+        const Id result = i.result;
+        const Id type = i.type;
+        const Id matrix = i.operands[2];
+        const auto& t = *module_.global(type_of(matrix));
+        i.result = module_.new_id();
+        Id sum = i.result;
+        code_.push_back(std::move(i));
+        for (Word k = 0; k < t.operands[1]; ++k) {
+            const Id column = emit(spv::OpCompositeExtract, t.operands[0], {matrix, k});
+            const Id zero = arithmetic(spv::OpDot, type,
+                                       {column, without_zeros(module_.null(t.operands[0]))});
+            sum = arithmetic(spv::OpFAdd, type, {sum, zero});
+        }
+        code_.push_back(
+            {.op = spv::OpCopyObject, .type = type, .result = result, .operands = {sum}});
+    }
+
+    /// a - b, also where a device may know the two to be the same.
+    Id less(Id a, Id b) {
+        const Id type = type_of(a);
+        return arithmetic(spv::OpFAdd, type, {a, arithmetic(spv::OpFNegate, type, {b})});
+    }
+
+    /// An instruction that no device may rearrange.
+    Id arithmetic(spv::Op op, Id type, std::vector<Word> operands) {
+        const Id result = emit(op, type, std::move(operands));
+        module_.decorate(result, spv::DecorationNoContraction);
+        return result;
     }
 
     /// The direction of a vector without length, and the inverse of a matrix without one: NaN.
@@ -258,6 +371,9 @@ class Guard {
             check_index(i.operands[2], type_of(i.operands[0]));
         } else if (i.op == spv::OpAccessChain || i.op == spv::OpInBoundsAccessChain) {
             Id type = module_.global(type_of(i.operands[0]))->operands[1];
+            if (has_array(type) || of_array_.contains(i.operands[0])) {
+                of_array_.insert(i.result);
+            }
             for (std::size_t k = 1; k < i.operands.size(); ++k) {
                 const auto& t = *module_.global(type);
                 Word member = 0;
@@ -434,6 +550,19 @@ class Guard {
                (c.operands.size() == 1 || c.operands[0] == 0);
     }
 
+    bool is_float(Id type) const {
+        return module_.global(module_.scalar_type(type))->op == spv::OpTypeFloat;
+    }
+
+    /// Whether a type is an array or a matrix, or has one in it.
+    bool has_array(Id type) const {
+        const auto& t = *module_.global(type);
+        return t.op == spv::OpTypeArray || t.op == spv::OpTypeMatrix ||
+               (t.op == spv::OpTypeStruct &&
+                std::any_of(t.operands.begin(), t.operands.end(),
+                            [&](Id member) { return has_array(member); }));
+    }
+
     bool has_float(Id type) const {
         const auto& t = *module_.global(type);
         if (t.op == spv::OpTypeStruct) {
@@ -470,6 +599,7 @@ class Guard {
     std::map<std::pair<Id, Word>, Id> constants_;
     std::set<Id> precise_;
     std::set<Id> good_divisors_;
+    std::set<Id> of_array_;                // pointers into arrays and matrices
     std::map<Id, Id> zeros_;               // constants and what replaces them in this function
     std::vector<Instruction> zeros_code_;  // which is made at its beginning
     Id glsl_ = 0;
@@ -477,6 +607,50 @@ class Guard {
 };
 
 }  // namespace
+
+void fix_parameters(Module& module) {
+    std::map<Id, Word> spec_ids;
+    for (auto& i : module.globals) {
+        if (i.op == spv::OpDecorate && i.operands[1] == spv::DecorationSpecId &&
+            i.operands[2] >= kFirstParameter) {
+            spec_ids[i.operands[0]] = i.operands[2];
+            i = {.op = spv::OpNop, .operands = {}};
+        }
+    }
+    std::set<Id> fixed;  // made of parameters and constants
+    const auto is_fixed = [&](Id id) {
+        const auto* const c = module.global(id);
+        return c != nullptr && (c->op == spv::OpConstant || c->op == spv::OpConstantComposite ||
+                                c->op == spv::OpConstantNull || fixed.contains(id));
+    };
+    for (auto& i : module.globals) {
+        if (i.op == spv::OpSpecConstant && spec_ids.contains(i.result)) {
+            i.op = spv::OpConstant;
+        } else if (i.op == spv::OpSpecConstantComposite &&
+                   std::all_of(i.operands.begin(), i.operands.end(), is_fixed)) {
+            i.op = spv::OpConstantComposite;
+        } else if (i.op == spv::OpSpecConstantOp && i.operands[0] == spv::OpCompositeExtract &&
+                   is_fixed(i.operands[1])) {
+            const Instruction* part = module.global(i.operands[1]);
+            for (std::size_t k = 2; k < i.operands.size(); ++k) {
+                part = part->op == spv::OpConstantComposite
+                           ? module.global(part->operands[i.operands[k]])
+                           : nullptr;
+                if (part == nullptr) {
+                    break;
+                }
+            }
+            if (part == nullptr) {
+                continue;
+            }
+            i.op = part->op;
+            i.operands = part->operands;
+        } else {
+            continue;
+        }
+        fixed.insert(i.result);
+    }
+}
 
 void guard_metric_code(Module& module, const std::vector<std::size_t>& functions) {
     Guard guard(module);

@@ -51,10 +51,13 @@ std::string parameters_text(const Metric& metric) {
     for (std::size_t i = 0; i < metric.parameters.size(); ++i) {
         const auto& name = metric.header.parameters[i].name;
         const auto value = literal(metric.parameters[i]);
+        const auto layout = metric.is_checked() ? fmt::format("layout(constant_id = {}) ",
+                                                              kFirstParameter + i)
+                                                : "";
         text += fmt::format(
-            "#ifdef METRIC_FLOAT64\nconst double {0} = {1}lf;\n#else\nconst float {0} = "
-            "{1};\n#endif\n",
-            name, value);
+            "#ifdef METRIC_FLOAT64\n{0}const double {1} = {2}lf;\n#else\n{0}const float {1} = "
+            "{2};\n#endif\n",
+            layout, name, value);
     }
     return text;
 }
@@ -149,6 +152,7 @@ MetricKernels compile_kernels(const Metric& metric) {
             throw Error(Fault::input, explain(metric, refused.what()));
         }
         if (has_metric && is_checked) {
+            fix_parameters(module);
             guard_metric_code(module, check_metric_code(module, metric.file, kText));
         }
         return module.words();

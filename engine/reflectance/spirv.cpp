@@ -127,7 +127,7 @@ std::vector<Word> Module::words() const {
                 append(words, decoration);
             }
         }
-        if (!is_debug(i.op)) {
+        if (!is_debug(i.op) && i.op != spv::OpNop) {
             append(words, i);
         }
     }

@@ -86,6 +86,8 @@ double guard_to_uint(const in double x) {
 // whatever is in a register. A dispatch has one layer of workgroups.
 float guard_zero32() { return uintBitsToFloat(gl_NumWorkGroups.z >> 31); }
 double guard_zero64() { return double(guard_zero32()); }
+float guard_zero(const in float like) { return guard_zero32(); }
+double guard_zero(const in double like) { return guard_zero64(); }
 
 float guard_nan(const in float like) { return uintBitsToFloat(0x7fc00000u); }
 double guard_nan(const in double like) { return packDouble2x32(uvec2(0u, 0x7ff80000u)); }
@@ -99,11 +101,15 @@ double guard_infinity(const in double x) {
 }
 
 #define GUARDS(real)                                                                                    \
+    /* A device that knows a to be 0 takes a * infinity for 0. */                                       \
     real guard_divide(const in real a, const in real b) {                                               \
-        return b == real(0) ? a * guard_infinity(b) : a / b;                                            \
+        if (b != real(0)) {                                                                             \
+            return a / b;                                                                               \
+        }                                                                                               \
+        return isnan(a) || a == real(0) ? guard_nan(a) : a * guard_infinity(b);                         \
     }                                                                                                   \
     real guard_modulo(const in real a, const in real b) {                                               \
-        return b == real(0) || isinf(b) ? guard_nan(a) : mod(a, b);                                     \
+        return b == real(0) || isinf(a) || isinf(b) ? guard_nan(a) : mod(a, b);                         \
     }                                                                                                   \
     real guard_min(const in real a, const in real b) {                                                  \
         return isnan(a) || isnan(b) ? guard_nan(a) : min(a, b);                                         \
@@ -119,8 +125,14 @@ double guard_infinity(const in double x) {
         return isnan(edge) || isnan(x) ? guard_nan(x) : step(edge, x);                                  \
     }                                                                                                   \
     real guard_smoothstep(const in real low, const in real high, const in real x) {                     \
-        real t = guard_clamp(guard_divide(x - low, high - low), real(0), real(1));                      \
+        precise real from_low = x - low;                                                                \
+        precise real range = high - low;                                                                \
+        real t = guard_clamp(guard_divide(from_low, range), real(0), real(1));                          \
         return t * t * (real(3) - real(2) * t);                                                         \
+    }                                                                                                   \
+    real guard_mix(const in real x, const in real y, const in real a) {                                 \
+        precise real mixed = x * (real(1) - a + guard_zero(a)) + y * a;                                 \
+        return mixed;                                                                                   \
     }                                                                                                   \
     /* 1, unless something is of no size and has no direction or inverse. */                            \
     real guard_size(const in real size) {                                                               \
