@@ -243,6 +243,30 @@ class Votes(Provenance):
         shutil.move(self.work / "db", self.work / "moved")
         self.assert_refused(INPUT, ["not there any more", "--database"], *score)
 
+    def test_judgements_that_do_not_say_what_was_judged(self):
+        self.vote(self.make_kit())
+        self.assert_success(*self.votes, "--kit", "kit/kit.json", "--out", "analysis")
+        score = ("score", "--metrics", "rmse", "--replicates", "0", "--quiet", "--judgements")
+        (self.work / "alone").mkdir()
+        shutil.copy(self.work / "analysis" / "judgements.csv", self.work / "alone")
+        self.warned(["alone/judgements.csv", "built-in stand-in"], *score, "alone/judgements.csv",
+                    "--out", "alone/score")
+        self.assertIn("stand-in", read_json(self.work / "alone" / "score" / "summary.json")["warnings"][0])
+        self.assertIn("stand-in", (self.work / "alone" / "score" / "score.svg").read_text())
+        self.assert_success(*score, "alone/judgements.csv", "--database", "db", "--out", "scored")
+        judgements = self.work / "analysis" / "judgements.csv"
+        judgements.write_text("".join(judgements.read_text().splitlines(True)[:-1]))
+        self.assert_refused(INPUT, ["analysis/summary.json is not of this", "--database"], *score,
+                            "analysis/judgements.csv", "--out", "again")
+
+    def test_spheres_that_nothing_can_be_compared_with(self):
+        self.vote(self.make_kit())
+        (self.work / "alone").mkdir()
+        shutil.copy(self.work / "results" / "selection.csv", self.work / "alone")
+        self.assert_success("render", "--database", "db", "--size", "16", "--out", "spheres")
+        self.warned(["spheres", "not checked"], "votes", "votes-anna.csv", "--selection",
+                    "alone/selection.csv", "--spheres", "spheres", "--out", "analysis")
+
     def test_a_kit_of_other_materials_is_refused(self):
         # As an older version made it: of the stand-in, for votes on the user's own files.
         (self.work / "copy").mkdir()
@@ -320,6 +344,10 @@ class Formats(Provenance):
             self.assert_refused(INPUT, ["results/summary.json", *words], *self.judge)
             self.assert_refused(INPUT, ["results/summary.json", *words], *votes[:-2])
             self.edit("results/summary.json", lambda summary: summary.update(format=1))
+        for bad in [2], {"a": 2}, "2", -1:
+            self.edit("kit/kit.json", lambda kit: kit.update(format=bad))
+            self.assert_refused(INPUT, ["kit/kit.json", "format"], *votes)
+            self.edit("kit/kit.json", lambda kit: kit.update(format=1))
 
     def test_files_of_before_are_read(self):
         """OLD was written by version 0.1.0 before there were formats."""
