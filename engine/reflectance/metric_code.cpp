@@ -297,7 +297,8 @@ class Check {
         }
         for (const Id id : ids_of(i)) {
             if (not_finite_.contains(id)) {
-                refuse(i, fmt::format("{}() has a constant that is infinite or not a number", name));
+                refuse(i,
+                       fmt::format("{}() has a constant that is infinite or not a number", name));
             }
         }
         if (i.op == spv::OpFunctionCall) {
