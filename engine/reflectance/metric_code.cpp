@@ -205,10 +205,11 @@ class Check {
         for (const auto i : order_) {
             const auto& function = module_.functions[i];
             if (const auto* const offence = assignments.check(function)) {
-                refuse(*offence,
-                       fmt::format("in {}() a variable may be read before it has a value: "
-                                   "give it one where it is declared",
-                                   short_name(module_, function.id())));
+                refuse(
+                    *offence,
+                    fmt::format("in {}() a variable may be read before it has a value: "
+                                "give it one where it is declared, also an array that a loop fills",
+                                short_name(module_, function.id())));
             }
         }
         return order_;

@@ -284,6 +284,9 @@ TEST(MetricKernels, VariablesWithoutAValueAreRefused) {
           "mat3 s; s[1] = a; return s[0].x;", "bool s; return s || a.x > 1.0 ? 1.0 : 2.0;"}) {
         expect_difference_refused(body, words);
     }
+    expect_difference_refused(
+        "float s[3]; for (int i = 0; i < 3; ++i) { s[i] = a[i]; } return s[0];",
+        {"./my.glsl:4: ", "before it has a value", "also an array that a loop fills"});
     expect_difference_refused("float s; f(s); return s;", words,
                               "void f(out float x) { if (x > 1.0) { x = 1.0; } }\n");
     expect_difference_refused("float s; f(s, a.x); return s;", words,
