@@ -191,6 +191,11 @@ class Check {
 
     std::vector<std::size_t> check() {
         check_variables();
+        for (const auto& i : module_.globals) {
+            if (i.op == spv::OpEntryPoint) {
+                find_used(i.operands[1]);
+            }
+        }
         for (std::size_t i = 0; i < module_.functions.size(); ++i) {
             if (kRoots.contains(short_name(module_, module_.functions[i].id()))) {
                 visit(i);
@@ -200,10 +205,11 @@ class Check {
         for (const auto i : order_) {
             const auto& function = module_.functions[i];
             if (const auto* const offence = assignments.check(function)) {
-                refuse(*offence,
-                       fmt::format("in {}() a variable may be read before it has a value: "
-                                   "give it one where it is declared",
-                                   short_name(module_, function.id())));
+                refuse(
+                    *offence,
+                    fmt::format("in {}() a variable may be read before it has a value: "
+                                "give it one where it is declared, also an array that a loop fills",
+                                short_name(module_, function.id())));
             }
         }
         return order_;
@@ -246,6 +252,21 @@ class Check {
         }
     }
 
+    /// The functions that the kernel calls. A metric's others are there too, in a precision that is
+    /// not theirs.
+    void find_used(Id function) {
+        if (!function_of_.contains(function) || !used_.insert(function).second) {
+            return;
+        }
+        for (const auto& block : module_.functions[function_of_.at(function)].blocks) {
+            for (const auto& i : block.code) {
+                if (i.op == spv::OpFunctionCall) {
+                    find_used(i.operands[0]);
+                }
+            }
+        }
+    }
+
     void visit(std::size_t at) {
         if (done_.contains(at)) {
             return;
@@ -268,6 +289,9 @@ class Check {
                            fmt::format("{}() may end without a return: let it end with one", name));
                 }
                 check(i, name);
+                if (used_.contains(function.id())) {
+                    check_constants(i, name);
+                }
             }
             check_flow(block, b, place, function);
         }
@@ -295,17 +319,23 @@ class Check {
                                       name, module_.name(id)));
             }
         }
-        for (const Id id : ids_of(i)) {
-            if (not_finite_.contains(id)) {
-                refuse(i, fmt::format("{}() has a constant that is infinite or not a number", name));
-            }
-        }
         if (i.op == spv::OpFunctionCall) {
             const auto callee = short_name(module_, i.operands[0]);
             if (callee.starts_with("guard_") || !function_of_.contains(i.operands[0])) {
                 refuse(i, fmt::format("{}() calls {}(), which is not for metrics", name, callee));
             }
             visit(function_of_.at(i.operands[0]));
+        }
+    }
+
+    /// The compiler computes what is constant throughout, and may leave no other trace of an error.
+    void check_constants(const Instruction& i, const std::string& name) const {
+        for (const Id id : ids_of(i)) {
+            if (not_finite_.contains(id)) {
+                refuse(i, fmt::format("{}() has a constant that is infinite or not a number: "
+                                      "expected a finite one",
+                                      name));
+            }
         }
     }
 
@@ -329,6 +359,7 @@ class Check {
     std::map<Id, std::size_t> function_of_;
     std::set<Id> out_of_reach_;
     std::set<Id> not_finite_;
+    std::set<Id> used_;
     std::set<std::size_t> on_the_way_;
     std::set<std::size_t> done_;
     std::vector<std::size_t> order_;

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <bit>
 #include <iterator>
 #include <map>
 #include <set>
@@ -18,16 +19,11 @@ using namespace spirv;
 const std::map<spv::Op, const char*> kInstead = {{spv::OpFDiv, "guard_divide"},
                                                  {spv::OpFMod, "guard_modulo"}};
 const std::map<Word, const char*> kFunctionInstead = {
-    {GLSLstd450Pow, "guard_pow"},
-    {GLSLstd450Atan, "guard_atan"},
-    {GLSLstd450Atan2, "guard_atan"},
-    {GLSLstd450FMin, "guard_min"},
-    {GLSLstd450FMax, "guard_max"},
-    {GLSLstd450FClamp, "guard_clamp"},
-    {GLSLstd450FMix, "guard_mix"},
-    {GLSLstd450FSign, "guard_sign"},
-    {GLSLstd450Step, "guard_step"},
-    {GLSLstd450SmoothStep, "guard_smoothstep"},
+    {GLSLstd450Pow, "guard_pow"},    {GLSLstd450Atan, "guard_atan"},
+    {GLSLstd450Atan2, "guard_atan"}, {GLSLstd450FMin, "guard_min"},
+    {GLSLstd450FMax, "guard_max"},   {GLSLstd450FClamp, "guard_clamp"},
+    {GLSLstd450FMix, "guard_mix"},   {GLSLstd450FSign, "guard_sign"},
+    {GLSLstd450Step, "guard_step"},  {GLSLstd450SmoothStep, "guard_smoothstep"},
 };
 
 /// A larger constant is left as it is; its zeros are hidden where it is read.
@@ -220,35 +216,29 @@ class Guard {
         }
     }
 
-    /// Less a zero that the device does not know: that leaves a zero of either sign as it is.
     void hide_zeros(Instruction i) {
         const Id result = i.result;
         const Id type = i.type;
         i.result = module_.new_id();
         const Id number = i.result;
+        types_[number] = type;
         code_.push_back(std::move(i));
         const auto& t = *module_.global(type);
         if (t.op != spv::OpTypeMatrix) {
-            add_minus_zero(result, type, number);
+            const Id hidden = per_component("guard_hidden", type, {number});
+            code_.push_back(
+                {.op = spv::OpCopyObject, .type = type, .result = result, .operands = {hidden}});
             return;
         }
         std::vector<Id> columns;
         for (Word k = 0; k < t.operands[1]; ++k) {
             const Id column = emit(spv::OpCompositeExtract, t.operands[0], {number, k});
-            columns.push_back(module_.new_id());
-            add_minus_zero(columns.back(), t.operands[0], column);
+            columns.push_back(per_component("guard_hidden", t.operands[0], {column}));
         }
         code_.push_back({.op = spv::OpCompositeConstruct,
                          .type = type,
                          .result = result,
                          .operands = std::move(columns)});
-    }
-
-    void add_minus_zero(Id result, Id type, Id number) {
-        const Id zero = arithmetic(spv::OpFNegate, type, {without_zeros(module_.null(type))});
-        module_.decorate(result, spv::DecorationNoContraction);
-        code_.push_back(
-            {.op = spv::OpFAdd, .type = type, .result = result, .operands = {number, zero}});
     }
 
     void change_function(Instruction i) {
@@ -279,25 +269,24 @@ class Guard {
         }
     }
 
-    /// Differences of products, of which a device may know that they are 0 when they are of the same
-    /// numbers.
+    /// Differences of products, of which a device may know that they are 0 when they are of the
+    /// same numbers.
     void cross(const Instruction& i) {
         const Id a = i.operands[2];
         const Id b = i.operands[3];
         const auto turned = [&](Id v, Word x, Word y, Word z) {
             return emit(spv::OpVectorShuffle, i.type, {v, v, x, y, z});
         };
-        const Id plus =
-            arithmetic(spv::OpFMul, i.type, {turned(a, 1, 2, 0), turned(b, 2, 0, 1)});
-        const Id minus =
-            arithmetic(spv::OpFMul, i.type, {turned(a, 2, 0, 1), turned(b, 1, 2, 0)});
+        const Id plus = arithmetic(spv::OpFMul, i.type, {turned(a, 1, 2, 0), turned(b, 2, 0, 1)});
+        const Id minus = arithmetic(spv::OpFMul, i.type, {turned(a, 2, 0, 1), turned(b, 1, 2, 0)});
         code_.push_back({.op = spv::OpCopyObject,
                          .type = i.type,
                          .result = i.result,
                          .operands = {less(plus, minus)}});
     }
 
-    /// Of a matrix that is not finite: NaN, also where a device may know the products to be the same.
+    /// Of a matrix that is not finite: NaN, also where a device may know the products to be the
+    /// same.
     void determinant(Instruction i) {
         const Id result = i.result;
         const Id type = i.type;
@@ -308,8 +297,8 @@ class Guard {
         code_.push_back(std::move(i));
         for (Word k = 0; k < t.operands[1]; ++k) {
             const Id column = emit(spv::OpCompositeExtract, t.operands[0], {matrix, k});
-            const Id zero = arithmetic(spv::OpDot, type,
-                                       {column, without_zeros(module_.null(t.operands[0]))});
+            const Id zero =
+                arithmetic(spv::OpDot, type, {column, without_zeros(module_.null(t.operands[0]))});
             sum = arithmetic(spv::OpFAdd, type, {sum, zero});
         }
         code_.push_back(
@@ -606,6 +595,20 @@ class Guard {
     std::vector<Instruction> code_;  // the new one of a block
 };
 
+/// Makes of a constant's conversion between float32 and float64 the constant that it gives.
+void convert(Instruction& conversion, const Instruction& number) {
+    conversion.op = spv::OpConstant;
+    if (number.operands.size() == 1) {
+        const double wide = std::bit_cast<float>(number.operands[0]);
+        const auto bits = std::bit_cast<std::uint64_t>(wide);
+        conversion.operands = {static_cast<Word>(bits), static_cast<Word>(bits >> 32U)};
+    } else {
+        const auto bits = std::uint64_t{number.operands[1]} << 32U | number.operands[0];
+        conversion.operands = {
+            std::bit_cast<Word>(static_cast<float>(std::bit_cast<double>(bits)))};
+    }
+}
+
 }  // namespace
 
 void fix_parameters(Module& module) {
@@ -619,9 +622,7 @@ void fix_parameters(Module& module) {
     }
     std::set<Id> fixed;  // made of parameters and constants
     const auto is_fixed = [&](Id id) {
-        const auto* const c = module.global(id);
-        return c != nullptr && (c->op == spv::OpConstant || c->op == spv::OpConstantComposite ||
-                                c->op == spv::OpConstantNull || fixed.contains(id));
+        return fixed.contains(id) || module.global(id)->op == spv::OpConstant;
     };
     for (auto& i : module.globals) {
         if (i.op == spv::OpSpecConstant && spec_ids.contains(i.result)) {
@@ -629,22 +630,9 @@ void fix_parameters(Module& module) {
         } else if (i.op == spv::OpSpecConstantComposite &&
                    std::all_of(i.operands.begin(), i.operands.end(), is_fixed)) {
             i.op = spv::OpConstantComposite;
-        } else if (i.op == spv::OpSpecConstantOp && i.operands[0] == spv::OpCompositeExtract &&
-                   is_fixed(i.operands[1])) {
-            const Instruction* part = module.global(i.operands[1]);
-            for (std::size_t k = 2; k < i.operands.size(); ++k) {
-                part = part->op == spv::OpConstantComposite
-                           ? module.global(part->operands[i.operands[k]])
-                           : nullptr;
-                if (part == nullptr) {
-                    break;
-                }
-            }
-            if (part == nullptr) {
-                continue;
-            }
-            i.op = part->op;
-            i.operands = part->operands;
+        } else if (i.op == spv::OpSpecConstantOp && i.operands[0] == spv::OpFConvert &&
+                   fixed.contains(i.operands[1])) {
+            convert(i, *module.global(i.operands[1]));
         } else {
             continue;
         }

@@ -45,15 +45,16 @@ std::string literal(double value) {
     return text.find_first_of(".e") == std::string::npos ? text + ".0" : text;
 }
 
-/// The parameters of a metric, and what else its text needs before its first line.
+/// The parameters of a metric, and what else its text needs before its first line. Those of a
+/// user's are specialization constants: see kFirstParameter.
 std::string parameters_text(const Metric& metric) {
     std::string text = "#ifdef METRIC_FLOAT64\n#include \"framework/float64_names.glsl\"\n#endif\n";
     for (std::size_t i = 0; i < metric.parameters.size(); ++i) {
         const auto& name = metric.header.parameters[i].name;
         const auto value = literal(metric.parameters[i]);
-        const auto layout = metric.is_checked() ? fmt::format("layout(constant_id = {}) ",
-                                                              kFirstParameter + i)
-                                                : "";
+        const auto layout = metric.is_checked()
+                                ? fmt::format("layout(constant_id = {}) ", kFirstParameter + i)
+                                : "";
         text += fmt::format(
             "#ifdef METRIC_FLOAT64\n{0}const double {1} = {2}lf;\n#else\n{0}const float {1} = "
             "{2};\n#endif\n",
@@ -100,8 +101,16 @@ std::string explain(const Metric& metric, std::string_view log) {
     }
     auto line = log.substr(first + kError.size());
     line = line.substr(0, line.find('\n'));
+    std::string what_to_do;
+    if (line.find("global const initializers must be constant") != std::string_view::npos) {
+        what_to_do =
+            ": what is computed from a parameter, or by a function of the file, belongs into the "
+            "function that uses it";
+    } else if (line.find("array size must be a constant") != std::string_view::npos) {
+        what_to_do = ", and a parameter is none";
+    }
     if (line.starts_with(kText + ":")) {
-        return metric.file + std::string(line.substr(kText.size()));
+        return metric.file + std::string(line.substr(kText.size())) + what_to_do;
     }
     return fmt::format("{} cannot be compiled: {}", metric.file, line);
 }

@@ -89,6 +89,12 @@ double guard_zero64() { return double(guard_zero32()); }
 float guard_zero(const in float like) { return guard_zero32(); }
 double guard_zero(const in double like) { return guard_zero64(); }
 
+// A number of which no compiler knows that it is 0.
+float guard_hidden(const in float x) { return uintBitsToFloat(floatBitsToUint(x) | (gl_NumWorkGroups.z >> 31)); }
+double guard_hidden(const in double x) {
+    return packDouble2x32(unpackDouble2x32(x) | uvec2(0u, gl_NumWorkGroups.z >> 31));
+}
+
 float guard_nan(const in float like) { return uintBitsToFloat(0x7fc00000u); }
 double guard_nan(const in double like) { return packDouble2x32(uvec2(0u, 0x7ff80000u)); }
 

@@ -2,12 +2,15 @@
 // there.
 //
 //     MERL_SCAN_FAULT=CALL:N:ERROR[:PART]     CALL may be "any"; "N+": that one and all after it
+//     MERL_SCAN_FAULT=thread:N:ERROR          threads cannot be started; "any" does not count them
 //     MERL_SCAN_FAULT_LOG=FILE                gets a line for each call that was struck
 //
 // ERROR is a number of errno; or a signal, "kill" or "stop"; or "none", which only logs. Only calls
 // that change something count, and of these only those on a path that has PART in it.
 
+#include <dlfcn.h>
 #include <fcntl.h>
+#include <pthread.h>
 #include <sys/file.h>
 #include <sys/stat.h>
 #include <sys/syscall.h>
@@ -191,5 +194,16 @@ ssize_t write(int descriptor, const void* bytes, size_t count) {
     return strikes("write", path_of(descriptor))
                ? -1
                : static_cast<ssize_t>(::syscall(SYS_write, descriptor, bytes, count));
+}
+
+int pthread_create(pthread_t* thread, const pthread_attr_t* attributes, void* (*run)(void*),
+                   void* argument) {
+    const char* const fault = std::getenv("MERL_SCAN_FAULT");
+    if (fault != nullptr && std::string(fault).starts_with("thread:") && strikes("thread", "")) {
+        return errno;
+    }
+    using Create = int (*)(pthread_t*, const pthread_attr_t*, void* (*)(void*), void*);
+    static const auto create = reinterpret_cast<Create>(::dlsym(RTLD_NEXT, "pthread_create"));
+    return create(thread, attributes, run, argument);
 }
 }

@@ -1,5 +1,6 @@
 """How much the program takes, and what it says when it may not have it."""
 
+import errno
 import json
 import os
 import random
@@ -241,6 +242,18 @@ class Limited(Case):
             self.assertEqual(result.returncode, RESOURCE, result.stderr)
             self.assertIn("threads", self.only_line(result.stderr))
             self.assertEqual(os.listdir(self.work), ["t.csv"])
+
+    def test_no_thread_to_try_a_metric_in(self):
+        write_database(self.work / "db", 2)
+        (self.work / "mine.glsl").write_text(
+            "vec3 transform(vec3 f, Voxel v) { return f; }\nfloat weight(Voxel v) { return 1.0; }\n"
+            "float difference(vec3 a, vec3 b) { return distance(a, b); }\n")
+        result = self.run_program("scan", "--database", "db", "--out", "out", "--metrics", "rmse,mine.glsl",
+                                  LD_PRELOAD=os.environ["MERL_SCAN_FAULT_LIBRARY"],
+                                  ASAN_OPTIONS=os.environ.get("ASAN_OPTIONS", "") + ":verify_asan_link_order=0",
+                                  MERL_SCAN_FAULT=f"thread:1+:{errno.EAGAIN}")
+        self.assertEqual(result.returncode, RESOURCE, result.stderr)
+        self.assertIn("no thread", self.only_line(result.stderr))
 
     def test_open_files(self):
         write_database(self.work / "db", 40)

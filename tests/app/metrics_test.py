@@ -244,6 +244,46 @@ class Undefined(WithDatabase):
             self.assert_bad(["difference(", "at voxel"], "// parameter: scale = 0 in [0, 1] x\n", TRANSFORM, WEIGHT,
                             "float difference(vec3 a, vec3 b) { return ", difference, "; }\n")
 
+    def test_zeros_that_the_device_knows(self):
+        large = "const float q[80] = float[](" + ", ".join(f"{i % 7}.0" for i in range(80)) + ");\n"
+        loop = "for (int i = 0; i < {0}; ++i) {{ f += q[i] {1}; }} return f;"
+        for before, transform in (
+                ("", "return f + cross(f, f) / length(cross(f, f));"),
+                ("", "mat2 m = mat2(f.x, f.x, f.x, f.x); return f * (determinant(m) / determinant(m));"),
+                ("", "return f + uintBitsToFloat(0u) / uintBitsToFloat(0u);"),
+                ("", "return f + uintBitsToFloat(0u) * (1.0 / uintBitsToFloat(0u));"),
+                ("const float q[3] = float[](0.0, 1.0, 2.0);\n", loop.format(3, "/ q[i]")),
+                ("const mat2 q = mat2(0.0);\n", "for (int i = 0; i < 2; ++i) { f += q[i][i] / q[i][i]; } return f;"),
+                (large, loop.format(80, "/ q[i]")), (large, loop.format(80, "* (1.0 / q[i])")),
+                ("", "f /= 0.0 * f; return vec3(0.0 * distance(f, f));"),
+                ("", "f /= 0.0 * f; return vec3(0.0 * length(cross(f, f)));")):
+            self.assert_bad(["transform()", "at voxel"], before, "vec3 transform(vec3 f, Voxel v) { ", transform,
+                            " }\n", WEIGHT, DIFFERENCE)
+
+    def test_of_parameters_alone(self):
+        header = "// parameter: scale = 0 in [0, 1] x\n"
+        for words, transform in (
+                (["at voxel"], "return f + max(log(scale - 1.0), 0.0);"),
+                (["at voxel"], "return f * clamp(sqrt(scale - 1.0), 1.0, 2.0);"),
+                (["at voxel"], "return f * min(scale / scale, 1.0);"),
+                (["at voxel"], "return f * max(vec3(0.0) / vec3(scale).y, vec3(1.0));"),
+                (["at voxel"], "return f * step(mod(1.0, scale), 1.0);"),
+                (["shift"], "return f * (1.0 + float(1u >> (40u + uint(scale))));"),
+                (["integer"], "return f * (1.0 + float(1 / int(scale)));"),
+                (["conversion"], "return f * (1.0 + float(int(scale - 1e10)));")):
+            self.assert_bad(["transform()", *words], header, "vec3 transform(vec3 f, Voxel v) { ", transform, " }\n",
+                            WEIGHT, DIFFERENCE)
+        self.assert_bad(["difference("], header, TRANSFORM, WEIGHT, "float difference(vec3 a, vec3 b) {\n",
+                        "    return distance(a, b) + max(log(scale - 1.0), 0.0);\n}\n")
+        self.assert_bad([":4: ", "infinite or not a number"], header, TRANSFORM, WEIGHT,
+                        "float difference(vec3 a, vec3 b) { return distance(a, b) + max(log(-1.0), 0.0); }\n")
+        self.assert_success(*self.scan_with(
+            header, "vec3 transform(vec3 f, Voxel v) {\n",
+            "    const vec3 k = vec3(scale, 1.0 - scale, 2.0); switch (int(scale)) { case 0: f *= k.y; }\n",
+            "    return f * pow(k.z, scale);\n}\n", WEIGHT, DIFFERENCE))
+        for row in read_csv(self.work / "out" / "pairs.csv")[1]:
+            self.assertLess(abs(float(row[2]) / float(row[3]) - 1), 1e-6)
+
     def test_a_choice_that_avoids_it_is_kept(self):
         self.assert_success(*self.scan_with(
             "// parameter: scale = 0 in [0, 1] x\n",

@@ -2,7 +2,7 @@
 #extension GL_GOOGLE_include_directive : require
 
 // Applies one operation to every three numbers, as a metric would that check_metric_code() and
-// guard_metric_code() have seen. The test defines REAL, PAIR and EXPRESSION.
+// guard_metric_code() have seen. The test defines REAL, the PAIR, TRIPLE and MATRIX of it, and EXPRESSION.
 
 #include "framework/guards.glsl"
 
@@ -22,6 +22,37 @@ REAL over_count(REAL number) {
     }
     return sum;
 }
+
+const REAL kSmall[3] = REAL[](REAL(0), REAL(1), REAL(2));
+const MATRIX kDiagonal = MATRIX(REAL(0), REAL(1), REAL(1), REAL(2));
+// Larger than what the guards look through.
+const REAL kLarge[80] = REAL[](
+    REAL(0), REAL(2), REAL(3), REAL(4), REAL(5), REAL(6), REAL(7), REAL(1), REAL(2), REAL(3),
+    REAL(4), REAL(5), REAL(6), REAL(7), REAL(1), REAL(2), REAL(3), REAL(4), REAL(5), REAL(6),
+    REAL(7), REAL(1), REAL(2), REAL(3), REAL(4), REAL(5), REAL(6), REAL(7), REAL(1), REAL(2),
+    REAL(3), REAL(4), REAL(5), REAL(6), REAL(7), REAL(1), REAL(2), REAL(3), REAL(4), REAL(5),
+    REAL(0), REAL(7), REAL(1), REAL(2), REAL(3), REAL(4), REAL(5), REAL(6), REAL(7), REAL(1),
+    REAL(2), REAL(3), REAL(4), REAL(5), REAL(6), REAL(7), REAL(1), REAL(2), REAL(3), REAL(4),
+    REAL(5), REAL(6), REAL(7), REAL(1), REAL(2), REAL(3), REAL(4), REAL(5), REAL(6), REAL(7),
+    REAL(1), REAL(2), REAL(3), REAL(4), REAL(5), REAL(6), REAL(7), REAL(1), REAL(2), REAL(3));
+
+REAL small(int i) { return kSmall[i]; }
+
+REAL diagonal(int i) { return kDiagonal[i][i]; }
+
+REAL large(int i) { return kLarge[i]; }
+
+#define SUM(name, numbers, count)                                 \
+    REAL name(REAL number) {                                      \
+        REAL sum = number;                                        \
+        for (int i = 0; i < count; ++i) {                         \
+            sum += numbers * (REAL(1) / numbers) * REAL(0);       \
+        }                                                         \
+        return sum;                                               \
+    }
+SUM(sum_of_small, kSmall[i], 3)
+SUM(sum_of_diagonal, kDiagonal[i][i], 2)
+SUM(sum_of_large, kLarge[i], 80)
 
 REAL difference(REAL a, REAL b, REAL c) { return EXPRESSION; }
 

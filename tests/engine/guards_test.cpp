@@ -20,10 +20,11 @@ template <typename Real>
 std::vector<Real> on_device(const std::string& expression, const std::vector<Real>& numbers) {
     auto& context = test::lavapipe();
     const bool is_float = sizeof(Real) == 4;
-    spirv::Module module(test::compile(
-        MERL_TEST_SHADERS "/guards.comp",
-        fmt::format("#define REAL {}\n#define PAIR {}\n#define EXPRESSION {}\n",
-                    is_float ? "float" : "double", is_float ? "vec2" : "dvec2", expression)));
+    spirv::Module module(
+        test::compile(MERL_TEST_SHADERS "/guards.comp",
+                      fmt::format("#define REAL {0}\n#define PAIR {1}vec2\n#define TRIPLE {1}vec3\n"
+                                  "#define MATRIX {1}mat2\n#define EXPRESSION {2}\n",
+                                  is_float ? "float" : "double", is_float ? "" : "d", expression)));
     guard_metric_code(module, check_metric_code(module, "test", "test"));
     const std::uint64_t bytes = numbers.size() * sizeof(Real);
     device::Buffer in(context, bytes, device::Traffic::upload);
@@ -151,6 +152,50 @@ TEST(Guards, ArithmeticIsThatOfIeee754) {
     expect("mod(a, 0.0)", 1, exactly, [](double, double, double) { return kNan; });
     expect("isnan(a) || isinf(a) ? 1.0 : 0.0", 1, exactly,
            [](double a, double, double) { return std::isfinite(a) ? 0 : 1; });
+}
+
+TEST(Guards, ZerosThatTheDeviceKnowsAreLikeOthers) {
+    const auto exactly = Held::exactly;
+    const auto is_nan = [](double, double, double) { return kNan; };
+    for (const char* zero :
+         {"TRIPLE(cross(TRIPLE(a), TRIPLE(a))).x", "determinant(MATRIX(a, a, a, a))", "large(40)",
+          "small(0)", "diagonal(0)"}) {
+        expect(fmt::format("{0} / {0}", zero), 1, exactly, is_nan);
+        expect(fmt::format("{0} * (1.0 / {0})", zero), 1, exactly, is_nan);
+    }
+    for (const char* sum : {"sum_of_large(a)", "sum_of_small(a)", "sum_of_diagonal(a)"}) {
+        expect(sum, 1, exactly, is_nan);
+    }
+    for (const char* zero :
+         {"uintBitsToFloat(0u)", "intBitsToFloat(0)", "uintBitsToFloat(uvec2(0u)).y"}) {
+        expect_real<float>(fmt::format("a + {0} / {0}", zero), 1, exactly, is_nan);
+        expect_real<float>(fmt::format("a + {0} * (1.0 / {0})", zero), 1, exactly, is_nan);
+    }
+    expect_real<float>("1.0 / intBitsToFloat(floatBitsToInt(a))", 1, exactly,
+                       [](double a, double, double) { return 1 / a; });
+    expect_real<double>("a + packDouble2x32(uvec2(0u)) * (1.0 / packDouble2x32(uvec2(0u)))", 1,
+                        exactly, is_nan);
+}
+
+TEST(Guards, NoDifferenceIsHiddenInAFunction) {
+    const auto exactly = Held::exactly;
+    const auto finite = [](double a, double, double) { return std::isfinite(a) ? 0 : kNan; };
+    expect("0.0 * distance(PAIR(a), PAIR(a))", 1, exactly, finite);
+    expect("0.0 * distance(a, a)", 1, exactly, finite);
+    expect("0.0 * cross(TRIPLE(a), TRIPLE(a)).x", 1, Held::not_silent, finite);
+    expect("0.0 * determinant(MATRIX(a, a, a, a))", 1, Held::not_silent, finite);
+    expect("0.0 * fma(a, REAL(1), -a)", 1, exactly, finite);
+    expect("mix(a, b, 1.0)", 2, exactly,
+           [](double a, double b, double) { return std::isfinite(a) ? b : kNan; });
+    expect("0.0 * mix(REAL(1), REAL(1), a)", 1, exactly, finite);
+    expect("mix(a, b, 0.25)", 2, Held::not_silent,
+           [](double a, double b, double) { return 0.75 * a + 0.25 * b; });
+    expect("smoothstep(a, a, b)", 2, Held::not_silent, [](double a, double b, double) {
+        const double ratio = (b - a) / (a - a);
+        const double t = std::isnan(ratio) ? kNan : std::clamp(ratio, 0.0, 1.0);
+        return t * t * (3 - 2 * t);
+    });
+    expect("0.0 * mod(a, 1.0)", 1, exactly, finite);
 }
 
 TEST(Guards, NoNanIsLost) {

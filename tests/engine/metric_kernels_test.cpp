@@ -227,6 +227,47 @@ TEST(MetricKernels, VariablesOfTheWholeFileAreRefused) {
                   "    int i = a.x > b.x ? 1 : 2;\n    return t[i] * distance(a, b);\n}\n"));
 }
 
+TEST(MetricKernels, AParameterIsNoConstantOfTheCompilers) {
+    const std::string parameter = "// parameter: gamma = 0.5 in [0, 1] x\n";
+    for (const char* body :
+         {"return gamma * distance(a, b);", "return (1.0 + vec3(gamma).y) * distance(a, b);",
+          "const vec3 s = vec3(gamma, 1.0, gamma); return (s[0] + s.zx.y) * distance(a, b);",
+          "const float s[2] = float[](gamma, 1.0); return s[a.x > 1.0 ? 1 : 0];",
+          "const mat2 s = mat2(gamma); return s[0][0] * distance(a, b);",
+          "return float(double(gamma) + 1.0lf / double(gamma)) * distance(a, b);",
+          "return bool(gamma) ? distance(a, b) : float(int(gamma));",
+          "float s = pow(2.0, gamma), gamma = s; return gamma * distance(a, b);"}) {
+        expect_valid(metric_of(parameter + kTransform + kWeight +
+                               "float difference(vec3 a, vec3 b) { " + body + " }\n"));
+    }
+    const std::string what_to_do = "belongs into the function that uses it";
+    expect_refused(
+        parameter + "const float k = 1.0 / gamma;\n" + kTransform + kWeight + kDifference,
+        {"./my.glsl:2: ", "must be constant", what_to_do});
+    expect_refused(parameter + kTransform + kWeight +
+                       "float difference(vec3 a, vec3 b) { gamma = 1.0; return 1.0; }\n",
+                   {"./my.glsl:4: ", "gamma", "const"});
+}
+
+TEST(MetricKernels, ConstantsAreFinite) {
+    const std::vector<std::string> words = {"./my.glsl:", "difference()",
+                                            "infinite or not a number"};
+    for (const char* body :
+         {"return min(distance(a, b), 1.0 / 0.0);", "return distance(a, b) + log(-1.0);",
+          "return max(sqrt(-1.0), 0.0) + distance(a, b);", "return min(distance(a, b), 1e40);",
+          "a *= vec3(1.0, 0.0 / 0.0, 1.0); return a.x;",
+          "const float t[2] = float[](1.0, -1.0 / 0.0); return t[a.x > 1.0 ? 1 : 0];"}) {
+        expect_difference_refused(body, words);
+    }
+    expect_refused("// parameter: gamma = 1e300 in [0, 1e300] x\n" + kTransform + kWeight +
+                       "float difference(vec3 a, vec3 b) { return min(gamma, distance(a, b)); }\n",
+                   {"./my.glsl:4: ", "infinite"});
+    expect_valid(
+        metric_of("// parameter: gamma = 1e300 in [0, 1e300] x\n"
+                  "vec3 transform(vec3 f, Voxel v) { return min(min(f, gamma), 1e200); }\n" +
+                  kWeight + kDifference));
+}
+
 TEST(MetricKernels, VariablesWithoutAValueAreRefused) {
     const std::vector<std::string> words = {"./my.glsl:", "before it has a value"};
     expect_difference_refused("float s;\nreturn s + a.x;", {"./my.glsl:5: ", "difference()"});
@@ -243,6 +284,9 @@ TEST(MetricKernels, VariablesWithoutAValueAreRefused) {
           "mat3 s; s[1] = a; return s[0].x;", "bool s; return s || a.x > 1.0 ? 1.0 : 2.0;"}) {
         expect_difference_refused(body, words);
     }
+    expect_difference_refused(
+        "float s[3]; for (int i = 0; i < 3; ++i) { s[i] = a[i]; } return s[0];",
+        {"./my.glsl:4: ", "before it has a value", "also an array that a loop fills"});
     expect_difference_refused("float s; f(s); return s;", words,
                               "void f(out float x) { if (x > 1.0) { x = 1.0; } }\n");
     expect_difference_refused("float s; f(s, a.x); return s;", words,
