@@ -980,6 +980,11 @@ class Page(Case):
             self.assertFalse(self.browser.run("answerable"))
             self.browser.run("speed = 20")
         self.assertIn("larger", self.browser.text("#small"))
+        # Fingers that magnify the page show a part of it.
+        self.until("answerable")
+        self.browser.call("Emulation.setPageScaleFactor", pageScaleFactor=3)
+        self.until("visualViewport.scale > 2 && !byId('small').hidden && !answerable")
+        self.browser.call("Emulation.setPageScaleFactor", pageScaleFactor=1)
         self.answer("2")
         self.assertEqual(self.votes()[:2], [2, 0])
         self.assert_calm()
