@@ -861,6 +861,28 @@ class Page(Case):
         self.until("desk.loose.size === 0")
         self.assertEqual(self.stored()["judge"]["votes"][:5], [3, 2, 3, 1, 0])
 
+    def test_storage_that_fails_as_a_judge_returns(self):
+        self.show()
+        self.begin()
+        self.answer("3")
+        self.answer("2")
+        for name, shown in ("get", [0, 0]), ("put", [3, 2]):  # nothing can be read, or nothing written
+            self.browser.run("keepJudgeOfTab(null)")
+            self.reload()
+            self.browser.run(f"method = IDBObjectStore.prototype.{name}")
+            self.browser.run(f"IDBObjectStore.prototype.{name} = function () {{ this.transaction.abort(); return {{}}; }}")
+            self.name("anna")
+            self.until("!byId('trial').hidden && !byId('warning').hidden")
+            self.assertEqual(self.votes()[:2], shown, name)
+            self.until("answerable")  # and stays so
+            self.browser.run(f"IDBObjectStore.prototype.{name} = method")
+            # The next write finds the record, and reads it.
+            self.answer("1")
+            self.until("byId('warning').hidden && !byId('trial').hidden && !practising()")
+            given = [3, 2, 0] if name == "get" else [3, 2, 1]
+            self.assertEqual(self.votes()[:3], given, name)
+            self.assertEqual(self.stored()["judge"]["votes"][:3], given, name)
+
     def test_a_judge_who_begins_while_storage_stalls_is_stored_when_it_is_back(self):
         self.show()
         self.stall()
@@ -980,6 +1002,11 @@ class Page(Case):
             self.assertFalse(self.browser.run("answerable"))
             self.browser.run("speed = 20")
         self.assertIn("larger", self.browser.text("#small"))
+        # Fingers that magnify the page show a part of it.
+        self.until("answerable")
+        self.browser.call("Emulation.setPageScaleFactor", pageScaleFactor=3)
+        self.until("visualViewport.scale > 2 && !byId('small').hidden && !answerable")
+        self.browser.call("Emulation.setPageScaleFactor", pageScaleFactor=1)
         self.answer("2")
         self.assertEqual(self.votes()[:2], [2, 0])
         self.assert_calm()
