@@ -148,9 +148,10 @@ ScannedDatabase::ScannedDatabase(const FoundRecord& found, const std::string& se
         return;
     }
     if (!record_->has_database()) {
-        warnings_.push_back(fmt::format("{} names no database: whether {} is what was scanned was "
-                                        "not checked",
-                                        record_->summary, database_->name()));
+        warnings_.push_back(
+            fmt::format("{} names no database: whether {} is what was scanned was "
+                        "not checked",
+                        record_->summary, database_->name()));
         return;
     }
     checked_ = true;

@@ -32,7 +32,7 @@ struct ScanRecord {
 /// The record of a file of results, or why there is none.
 struct FoundRecord {
     std::optional<ScanRecord> record;
-    std::string why_not = {};           // "results/summary.json is missing"
+    std::string why_not = {};         // "results/summary.json is missing"
     bool is_of_another_file = false;  // of results that were edited, or lie beside others
 };
 

@@ -282,8 +282,8 @@ DistanceOptions distance_options(const Options& options, const Outcome& o) {
     return distances;
 }
 
-/// Finds out what was judged. Judgements from elsewhere are scored with the stand-in unless the user
-/// says otherwise, and are told so; those of `votes` that were edited may be of any database.
+/// Finds out what was judged. Judgements from elsewhere are scored with the stand-in unless the
+/// user says otherwise, and are told so; those of `votes` that were edited may be of any database.
 void find_what_was_judged(const Options& options, Outcome& o) {
     auto found = find_scan_record(options.judgements, "judgements.csv", o.content_hash, nullptr);
     o.scanned = std::move(found.record);

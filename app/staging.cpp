@@ -191,8 +191,9 @@ std::vector<Found> staging_directories(const fs::path& place, const fs::path& ow
         found.place = place;
         found.directory = i->path();
         struct stat status = {};
-        if (!i->path().filename().string().starts_with(scan::stopped_run_prefix) || i->path() == own ||
-            ::lstat(i->path().c_str(), &status) != 0 || !S_ISDIR(status.st_mode)) {
+        if (!i->path().filename().string().starts_with(scan::stopped_run_prefix) ||
+            i->path() == own || ::lstat(i->path().c_str(), &status) != 0 ||
+            !S_ISDIR(status.st_mode)) {
             continue;
         }
         found.ours = status.st_uid == ::geteuid();

@@ -18,8 +18,8 @@ Estimate bootstrapped(double value, std::span<const double> values, const std::s
         return {value, {none, none}, reason};
     }
     const auto numbers = std::ranges::count_if(values, [](double v) { return !std::isnan(v); });
-    if (const auto samples = too_few(static_cast<std::uint64_t>(numbers), "bootstrap samples",
-                                     fewest_replicates);
+    if (const auto samples =
+            too_few(static_cast<std::uint64_t>(numbers), "bootstrap samples", fewest_replicates);
         !samples.empty()) {
         return {value, {none, none}, samples};
     }

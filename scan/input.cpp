@@ -71,9 +71,10 @@ std::string stopped_run_beside(const std::string& path) {
     for (std::filesystem::directory_iterator i(parent.empty() ? "." : parent, code), end;
          !code && i != end; i.increment(code)) {
         if (i->path().filename().string().starts_with(stopped_run_prefix)) {
-            return fmt::format("; a run that is at work or was stopped has results in {}, and the "
-                               "next one into that directory puts them into place",
-                               i->path().string());
+            return fmt::format(
+                "; a run that is at work or was stopped has results in {}, and the "
+                "next one into that directory puts them into place",
+                i->path().string());
         }
     }
     return "";

@@ -18,8 +18,8 @@ class InputError : public std::runtime_error {
 /// run that was killed leaves beside them.
 inline constexpr std::string_view stopped_run_prefix = ".merl-scan.partial-";
 
-/// "; a run that was stopped left results in ..." where there is such a directory beside a file that
-/// is missing, otherwise nothing.
+/// "; a run that was stopped left results in ..." where there is such a directory beside a file
+/// that is missing, otherwise nothing.
 std::string stopped_run_beside(const std::string& path);
 
 /// The largest text that is read: a thousand materials under forty metrics.

@@ -62,8 +62,7 @@ double fresnel(double c, double ior) {
 class AbcDatabase final : public Database {
   public:
     AbcDatabase(const Grid& grid, const std::string& csv)
-        : Database("ABC fits of MERL (stand-in, not measured)", built_in_kind),
-          domain_(grid) {
+        : Database("ABC fits of MERL (stand-in, not measured)", built_in_kind), domain_(grid) {
         grid_ = grid;
         std::istringstream lines(csv);
         std::string line;

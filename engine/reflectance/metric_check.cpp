@@ -25,7 +25,8 @@ constexpr std::uint32_t kAllFaults = 31;
 std::string faults(std::uint32_t bits) {
     constexpr std::array kFaults = {
         "has a loop that does not end (docs/metrics.md: the iterations there are)",
-        "has an index beyond its array", "divides an integer by zero",
+        "has an index beyond its array",
+        "divides an integer by zero, or takes the remainder of a negative one",
         "shifts by more than 31 bits",
         "makes an integer of a number that is none or too large (a conversion)"};
     std::string text;

@@ -30,8 +30,7 @@ const std::map<Word, const char*> kFunctionInstead = {
 constexpr std::uint64_t kMostScalars = 64;
 
 bool is_integer_division(spv::Op op) {
-    return op == spv::OpUDiv || op == spv::OpSDiv || op == spv::OpUMod || op == spv::OpSRem ||
-           op == spv::OpSMod;
+    return op == spv::OpUDiv || op == spv::OpSDiv || op == spv::OpUMod;
 }
 
 bool is_shift(spv::Op op) {
@@ -250,7 +249,9 @@ class Guard {
             times_size(i, function == GLSLstd450Normalize);
         } else if (function == GLSLstd450Distance) {
             i.operands = {glsl_, GLSLstd450Length, less(i.operands[2], i.operands[3])};
-            code_.push_back(std::move(i));
+            length(std::move(i));
+        } else if (function == GLSLstd450Length) {
+            length(std::move(i));
         } else if (function == GLSLstd450Cross) {
             cross(i);
         } else if (function == GLSLstd450Fma) {
@@ -267,6 +268,17 @@ class Guard {
         } else {
             code_.push_back(std::move(i));
         }
+    }
+
+    /// As its definition says: what a device has of its own may lose a NaN.
+    void length(Instruction i) {
+        const Id vector = i.operands[2];
+        const bool is_vector = type_of(vector) != i.type;
+        i.operands = {
+            glsl_,
+            is_vector ? static_cast<Word>(GLSLstd450Sqrt) : static_cast<Word>(GLSLstd450FAbs),
+            is_vector ? arithmetic(spv::OpDot, i.type, {vector, vector}) : vector};
+        code_.push_back(std::move(i));
     }
 
     /// Differences of products, of which a device may know that they are 0 when they are of the
@@ -322,11 +334,10 @@ class Guard {
     void times_size(Instruction i, bool is_vector) {
         const Id scalar = module_.scalar_type(i.type);
         const Id result = i.result;
-        const Id size = emit(spv::OpExtInst, scalar,
-                             {glsl_,
-                              is_vector ? static_cast<Word>(GLSLstd450Length)
-                                        : static_cast<Word>(GLSLstd450Determinant),
-                              i.operands[2]});
+        const Id of = i.operands[2];
+        const Id size =
+            is_vector ? arithmetic(i.type == scalar ? spv::OpFMul : spv::OpDot, scalar, {of, of})
+                      : emit(spv::OpExtInst, scalar, {glsl_, GLSLstd450Determinant, of});
         const Id one = call("guard_size", scalar, {size});
         i.result = module_.new_id();
         const Id direction = i.result;
@@ -341,7 +352,9 @@ class Guard {
 
     /// Integers that may be beyond what the instruction is defined for.
     void change_operands(Instruction& i) {
-        if (is_integer_division(i.op)) {
+        if (i.op == spv::OpSRem || i.op == spv::OpSMod) {
+            i.operands[1] = per_component("guard_modulus", i.type, i.operands);
+        } else if (is_integer_division(i.op)) {
             if (Word divisor = 0; !module_.integer(i.operands[1], divisor) || divisor + 1 < 2) {
                 i.operands[1] = per_component("guard_divisor", i.type, i.operands);
             }

@@ -51,6 +51,13 @@ int guard_divisor(const in int number, const in int divisor) {
     return bad ? 1 : divisor;
 }
 
+// GLSL leaves the remainder open where one of the two is negative.
+int guard_modulus(const in int number, const in int modulus) {
+    bool bad = number < 0 || modulus <= 0;
+    guard_faults |= bad ? kBadDivisor : 0;
+    return bad ? 1 : modulus;
+}
+
 uint guard_shift(const in uint shift) {
     guard_faults |= shift < 32 ? 0 : kBadShift;
     return shift & 31u;

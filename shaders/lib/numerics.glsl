@@ -20,7 +20,7 @@ double inverse_cube_root_seed(double x) {
 // The cube root of x, for 0 and every normal positive double; relative error below 4e-16. A subnormal
 // x gives a number from 0 to 1e-102. The seed is corrected to 1.4e-6 by a minimax polynomial for
 // (1 - e)^(-1/3), and from there by three terms of the series of (1 - e)^(-2/3), where e = 1 - x y^3.
-double cube_root(double x) {
+double cube_root_from_zero(double x) {
     double y = inverse_cube_root_seed(x);
     double off = double(1) - x * y * (y * y);
     y *= double(0.9999886633) +
@@ -29,6 +29,15 @@ double cube_root(double x) {
     double e = double(1) - root * y;
     return root + root * (e * (double(2) / double(3) + e * (double(5) / double(9))));
 }
+
+#ifdef __cplusplus
+double cube_root(double x) { return cube_root_from_zero(x); }  // the library takes no other roots
+#else
+double cube_root(double x) {
+    double root = cube_root_from_zero(abs(x));
+    return x < double(0) ? -root : root;
+}
+#endif
 
 float cube_root(float x) { return float(cube_root(double(x))); }
 

@@ -229,7 +229,9 @@ class Undefined(WithDatabase):
                 "return sqrt(-f - 1.0);", "return vec3(sign(log(-f.x - 1.0)));", "return max(log(-f - 1.0), 0.0);",
                 "return inverse(mat3(f, f, f)) * f;", "return f * smoothstep(scale, scale, scale);",
                 "vec3 s = vec3(0.0); for (int i = 0; i < 3; ++i) { s += f / float(i); } return s;",
-                "return vec3(atan(f.x / scale - f.y / scale));", "return acos(f + 2.0);"):
+                "return vec3(atan(f.x / scale - f.y / scale));", "return acos(f + 2.0);",
+                "return f * length(sqrt(-1.0 - f));", "return vec3(distance(f / scale, f / scale));",
+                "return f * (2.0 + normalize(vec3(sqrt(-1.0 - f.x), 1.0, 1.0)).y);"):
             self.assert_bad(["transform()", "at voxel"],
                             "// parameter: scale = 0 in [0, 1] x\nvec3 transform(vec3 f, Voxel v) { ",
                             transform, " }\n", WEIGHT, DIFFERENCE)
@@ -240,9 +242,15 @@ class Undefined(WithDatabase):
                            "max(sqrt(-1.0 - a.x * b.x), 0.0)", "mod(distance(a, b), scale)",
                            "distance(normalize(a * scale), normalize(b * scale))",
                            "abs(pow(-1.0 - distance(a, b), 0.5))", "step(log(-1.0 - a.x * b.x), 1.0)",
-                           "clamp(log(-1.0 - a.x * b.x), 0.0, 1.0)"):
+                           "clamp(log(-1.0 - a.x * b.x), 0.0, 1.0)",
+                           "distance(a, b) * (1.0 + 0.0 * length(vec3(sqrt(-1.0 - a.x * b.x))))"):
             self.assert_bad(["difference(", "at voxel"], "// parameter: scale = 0 in [0, 1] x\n", TRANSFORM, WEIGHT,
                             "float difference(vec3 a, vec3 b) { return ", difference, "; }\n")
+
+    def test_remainders_of_negative_integers(self):
+        for text in "int(-7.0 - 0.0 * f.x) % 3", "7 % int(-3.0 - 0.0 * f.x)", "7 % int(0.0 * f.x)":
+            self.assert_bad(["remainder", "at voxel"], "vec3 transform(vec3 f, Voxel v) { return f * (9.0 + float(",
+                            text, ")); }\n", WEIGHT, DIFFERENCE)
 
     def test_zeros_that_the_device_knows(self):
         large = "const float q[80] = float[](" + ", ".join(f"{i % 7}.0" for i in range(80)) + ");\n"

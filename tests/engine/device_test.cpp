@@ -70,6 +70,7 @@ TEST(Numerics, CubeRoot) {
     EXPECT_LT(largest_error(kCubeRoot, 1e-30, 1e30, 1.0 / 3), 2e-7);
     EXPECT_LT(largest_error(kCubeRoot, 1, 8, 1.0 / 3), 2e-7);
     EXPECT_EQ(on_device(test::lavapipe(), kCubeRoot, {0.0F})[0], 0.0F);
+    EXPECT_FLOAT_EQ(on_device(test::lavapipe(), kCubeRoot, {-8.0F})[0], -2.0F);
 }
 
 TEST(Numerics, TwoThirdsPower) {
