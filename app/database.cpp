@@ -5,10 +5,10 @@
 #include <filesystem>
 #include <functional>
 #include <limits>
-#include <map>
 #include <memory>
 #include <span>
 #include <system_error>
+#include <vector>
 
 #include "app/commands.h"
 #include "app/exit_status.h"
@@ -187,7 +187,8 @@ int info(const Options& options) {
     bool any = false;
     bool grids_differ = false;
     std::size_t damaged = 0;
-    std::map<std::string, std::vector<std::string>> names;  // by content
+    std::vector<std::string> names;  // of those that can be read, and their contents
+    std::vector<std::string> hashes;
     Horizon horizon;
     {
         Progress progress("reading", options.quiet);
@@ -210,7 +211,8 @@ int info(const Options& options) {
                 clear_progress();
                 print_row(material, grid, content);
                 damaged += content.fault.empty() ? 0 : 1;
-                names[content.hash].push_back(material);
+                names.push_back(material);
+                hashes.push_back(content.hash);
                 grids_differ |= any && grid != first_grid;
                 first_grid = any ? first_grid : grid;
                 any = true;
@@ -225,12 +227,9 @@ int info(const Options& options) {
         }
     }
     print_line("");
-    bool twice = false;
-    for (const auto& [hash, same] : names) {
-        if (same.size() > 1) {
-            twice = true;
-            print_line(fmt::format("the same content: {}", fmt::join(same, ", ")));
-        }
+    const auto copies = reflectance::copies_among(names, hashes);
+    for (const auto& same : copies) {
+        print_line(fmt::format("the same content: {}", fmt::join(same, ", ")));
     }
     if (damaged > 0) {
         print_line(fmt::format("{} of {} look{} damaged", damaged, entries.size(),
@@ -240,8 +239,9 @@ int info(const Options& options) {
                            grids_differ ? "; their grids differ, and a scan needs one grid"
                            : any        ? fmt::format("; grid {}", first_grid.text())
                                         : ""));
-    return bad == 0 && damaged == 0 && !twice && !grids_differ && !entries.empty() ? kSuccess
-                                                                                   : kInput;
+    return bad == 0 && damaged == 0 && copies.empty() && !grids_differ && !entries.empty()
+               ? kSuccess
+               : kInput;
 }
 
 int write(const Options& options) {

@@ -263,11 +263,15 @@ ObtainedDistances obtain_distances(const DistanceOptions& options, const MetricN
     return result;
 }
 
+void warn(ObtainedDistances& obtained, const std::string& text) {
+    print_warning(text);
+    obtained.warnings.push_back(text);
+}
+
 void warn_if_all_are_zero(ObtainedDistances& obtained, const std::string& metric,
                           std::span<const double> distances) {
     if (std::ranges::all_of(distances, [](double distance) { return distance == 0; })) {
-        obtained.warnings.push_back(fmt::format("all distances under {} are 0", metric));
-        print_warning(obtained.warnings.back());
+        warn(obtained, fmt::format("all distances under {} are 0", metric));
     }
 }
 

@@ -78,7 +78,10 @@ struct ObtainedDistances {
 ObtainedDistances obtain_distances(const DistanceOptions& options, const MetricNeeds& needs,
                                    bool quiet);
 
-/// Warns, on standard error and in `warnings`, where all distances under a metric are 0, which is a
+/// Warns on standard error, and for summary.json.
+void warn(ObtainedDistances& obtained, const std::string& text);
+
+/// Warns where all distances under a metric are 0, which is a
 /// mistake more often than it is true. For distances that are not to be refined any more: float32
 /// may give 0 where float64 does not.
 void warn_if_all_are_zero(ObtainedDistances& obtained, const std::string& metric,

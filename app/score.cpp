@@ -266,11 +266,16 @@ scan::JudgementFile read_judgements(const Options& options, Outcome& o) {
                                   [&](double share) { progress.update(share); });
 }
 
+/// Whether the options say which materials are scored.
+bool names_materials(const DistanceOptions& options) {
+    return !options.database.empty() || !options.distances.empty();
+}
+
 /// Where distances come from: what the options say, otherwise the database whose spheres were
 /// judged, if that is known.
 DistanceOptions distance_options(const Options& options, const Outcome& o) {
     DistanceOptions distances = options.distances;
-    if (o.scanned && distances.database.empty() && distances.distances.empty()) {
+    if (o.scanned && !names_materials(distances)) {
         if (o.scanned->source.contains("distances")) {
             throw scan::InputError(fmt::format(
                 "{}: the judged selection is of distances from a table; name it with --distances, "
@@ -282,29 +287,27 @@ DistanceOptions distance_options(const Options& options, const Outcome& o) {
     return distances;
 }
 
-/// Finds out what was judged. Judgements from elsewhere are scored with the stand-in unless the
-/// user says otherwise, and are told so; those of `votes` that were edited may be of any database.
+/// Finds out what was judged. Judgements of `votes` that were edited may be of any database.
 void find_what_was_judged(const Options& options, Outcome& o) {
     auto found = find_scan_record(options.judgements, "judgements.csv", o.content_hash, nullptr);
     o.scanned = std::move(found.record);
-    if (o.scanned || !options.distances.database.empty() || !options.distances.distances.empty()) {
-        return;
-    }
-    if (found.is_of_another_file) {
+    if (found.is_of_another_file && !names_materials(options.distances)) {
         throw scan::InputError(
             fmt::format("{}, so nothing says which database {} is of; --database names it: a "
                         "directory, or {}",
                         found.why_not, options.judgements, kBuiltIn));
     }
-    o.obtained.warnings.push_back(
-        fmt::format("{} does not say which materials were judged: they are scored with the "
-                    "built-in stand-in; --database names another, or {}",
-                    options.judgements, kBuiltIn));
 }
 
 /// Distances of other materials than those that were judged are an error, unless the user has named
-/// the database.
+/// the database. Judgements from elsewhere are scored with the stand-in, which is said.
 void compare_with_scan(const Options& options, Outcome& o) {
+    if (!o.scanned && !names_materials(options.distances)) {
+        warn(o.obtained,
+             fmt::format("{} does not say which materials were judged: they are scored with the "
+                         "built-in stand-in; --database names another, or {}",
+                         options.judgements, kBuiltIn));
+    }
     if (!o.scanned || !o.scanned->has_database() || !o.obtained.database ||
         o.obtained.source["database"]["content_hash"] == o.scanned->content_hash) {
         return;
@@ -315,10 +318,9 @@ void compare_with_scan(const Options& options, Outcome& o) {
             "names a database to score all the same",
             o.obtained.database->name(), o.scanned->summary));
     }
-    o.obtained.warnings.push_back(
-        fmt::format("{} has other content than the database that was judged, as {} says",
-                    o.obtained.database->name(), o.scanned->summary));
-    print_warning(o.obtained.warnings.back());
+    warn(o.obtained,
+         fmt::format("{} has other content than the database that was judged, as {} says",
+                     o.obtained.database->name(), o.scanned->summary));
 }
 
 scan::Score compute_score(const Options& options, const Outcome& o) {
@@ -342,10 +344,7 @@ int run(const Options& options) {
     o.format = file.format;
     find_what_was_judged(options, o);
     o.seconds.judgements = watch.lap();
-    const auto warnings = std::exchange(o.obtained.warnings, {});
-    std::ranges::for_each(warnings, print_warning);
     o.obtained = obtain_distances(distance_options(options, o), kMetrics, options.quiet);
-    o.obtained.warnings.insert(o.obtained.warnings.begin(), warnings.begin(), warnings.end());
     compare_with_scan(options, o);
     o.seconds.device = o.obtained.device_seconds;
     o.seconds.distances = o.obtained.distance_seconds;

@@ -146,9 +146,9 @@ std::vector<std::string> identities_of(const fs::path& place,
 }
 
 /// Comes after the entries when they are about to go into place: what is there of each.
-std::string replaced_text(const fs::path& place, const std::vector<std::string>& names) {
+std::string replaced_text(const std::vector<std::string>& identities) {
     std::string text(1, '\0');
-    for (const auto& identity : identities_of(place, names)) {
+    for (const auto& identity : identities) {
         (text += identity) += '\0';
     }
     return text;
@@ -399,8 +399,9 @@ fs::path Staging::path(const std::string& name) const {
 
 void Staging::put_into_place() {
     const auto what = called(place_, names_);
+    const auto replaced = identities_of(place_, names_);
     try {
-        scan::write_all(run_.get(), replaced_text(place_, names_));
+        scan::write_all(run_.get(), replaced_text(replaced));
         for (const auto& name : names_) {
             if (fs::is_directory(path(name))) {
                 sync_directory(path(name));
@@ -418,7 +419,7 @@ void Staging::put_into_place() {
     Moves moves;
     try {
         sync_directory(directory_);
-        move(place_, directory_, replace_, names_, identities_of(place_, names_), moves);
+        move(place_, directory_, replace_, names_, replaced, moves);
     } catch (const std::exception& error) {
         try {
             move_back(place_, directory_, moves);

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <map>
 #include <utility>
 
 namespace merl::reflectance {
@@ -188,6 +189,21 @@ std::string MaterialCheck::fault(std::uint64_t negative_above_horizon, const Con
         }
     }
     return "";
+}
+
+std::vector<std::vector<std::string>> copies_among(std::span<const std::string> materials,
+                                                   std::span<const std::string> hashes) {
+    std::map<std::string, std::vector<std::string>> by_content;
+    for (std::size_t m = 0; m < materials.size(); ++m) {
+        by_content[hashes[m]].push_back(materials[m]);
+    }
+    std::vector<std::vector<std::string>> copies;
+    for (auto& [hash, same] : by_content) {
+        if (same.size() > 1) {
+            copies.push_back(std::move(same));
+        }
+    }
+    return copies;
 }
 
 }  // namespace merl::reflectance

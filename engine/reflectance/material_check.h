@@ -5,6 +5,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "engine/reflectance/content_hash.h"
 #include "engine/reflectance/database.h"
@@ -68,5 +69,10 @@ class MaterialCheck {
     std::array<std::uint64_t, 3> holes_ = {};  // zeros that a broken copy has left
     std::array<std::uint64_t, 3> first_hole_ = {};
 };
+
+/// Those of the materials that have the same content as others, together; `hashes` has that of
+/// each.
+std::vector<std::vector<std::string>> copies_among(std::span<const std::string> materials,
+                                                   std::span<const std::string> hashes);
 
 }  // namespace merl::reflectance

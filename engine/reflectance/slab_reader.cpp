@@ -4,7 +4,6 @@
 #include <fmt/ranges.h>
 #include <tbb/parallel_for.h>
 
-#include <map>
 #include <stdexcept>
 
 namespace merl::reflectance {
@@ -71,20 +70,16 @@ std::vector<std::string> SlabReader::material_hashes() const {
 std::vector<std::string> SlabReader::warnings() const {
     std::vector<std::string> warnings;
     const auto hashes = material_hashes();
-    std::map<std::string, std::vector<std::string>> names;  // by content
     for (std::size_t m = 0; m < checks_.size(); ++m) {
-        names[hashes[m]].push_back(database_.materials()[m]);
         const auto fault = checks_[m].fault(counts_[m].negative_above_horizon, hash_, m);
         if (!fault.empty()) {
             warnings.push_back(
                 fmt::format("{} of {}: {}", database_.materials()[m], database_.name(), fault));
         }
     }
-    for (const auto& [hash, same] : names) {
-        if (same.size() > 1) {
-            warnings.push_back(fmt::format("{} of {} have the same content", fmt::join(same, ", "),
-                                           database_.name()));
-        }
+    for (const auto& same : copies_among(database_.materials(), hashes)) {
+        warnings.push_back(
+            fmt::format("{} of {} have the same content", fmt::join(same, ", "), database_.name()));
     }
     return warnings;
 }

@@ -65,29 +65,18 @@ uint guard_shift(const in uint shift) {
 
 int guard_shift(const in int shift) { return int(guard_shift(uint(shift))); }
 
-float guard_to_int(const in float x) {
-    bool good = x > -2147483904.0 && x < 2147483648.0;
-    guard_faults |= good ? 0 : kBadConversion;
-    return good ? x : 0.0;
-}
-
-double guard_to_int(const in double x) {
-    bool good = x > -2147483649.0lf && x < 2147483648.0lf;
-    guard_faults |= good ? 0 : kBadConversion;
-    return good ? x : 0.0lf;
-}
-
-float guard_to_uint(const in float x) {
-    bool good = x > -1.0 && x < 4294967296.0;
-    guard_faults |= good ? 0 : kBadConversion;
-    return good ? x : 0.0;
-}
-
-double guard_to_uint(const in double x) {
-    bool good = x > -1.0lf && x < 4294967296.0lf;
-    guard_faults |= good ? 0 : kBadConversion;
-    return good ? x : 0.0lf;
-}
+// 0 where an integer cannot hold x. The bounds are the numbers of its type next beyond those it can.
+#define GUARD_CONVERSION(name, real, below, above)        \
+    real name(const in real x) {                          \
+        bool good = x > real(below) && x < real(above);   \
+        guard_faults |= good ? 0 : kBadConversion;        \
+        return good ? x : real(0);                        \
+    }
+GUARD_CONVERSION(guard_to_int, float, -2147483904.0, 2147483648.0)
+GUARD_CONVERSION(guard_to_int, double, -2147483649.0lf, 2147483648.0lf)
+GUARD_CONVERSION(guard_to_uint, float, -1.0, 4294967296.0)
+GUARD_CONVERSION(guard_to_uint, double, -1.0lf, 4294967296.0lf)
+#undef GUARD_CONVERSION
 
 // A zero that no compiler knows to be one: lavapipe takes 0 times infinity for 0 when it does, and 0 / 0 for
 // whatever is in a register. A dispatch has one layer of workgroups.

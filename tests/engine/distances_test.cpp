@@ -265,16 +265,6 @@ TEST(Distances, ProgressReachesOneAndItsExceptionEndsTheWork) {
               3U);  // still works
 }
 
-/// A metric of these lines, as if it was a user's file.
-Metric metric_of(const std::string& source) {
-    Metric metric;
-    metric.name = "my.glsl";
-    metric.file = "./my.glsl";
-    metric.source = source;
-    metric.header = parse_metric_header(source, metric.file);
-    return metric;
-}
-
 /// One sample of one material is large, and only such samples differ from themselves.
 TEST(Distances, WarnOfAMaterialThatDiffersFromItself) {
     const FunctionDatabase database({.theta_h = 6, .theta_d = 5, .phi_d = 8}, 12,
@@ -286,10 +276,11 @@ TEST(Distances, WarnOfAMaterialThatDiffersFromItself) {
         "vec3 transform(vec3 f, Voxel v) { return f; }\n"
         "float weight(Voxel v) { return 1.0; }\n";
     const auto good =
-        metric_of(rest + "float difference(vec3 a, vec3 b) { return distance(a, b); }\n");
-    auto bad = metric_of(rest +
-                         "float difference(vec3 a, vec3 b) {\n"
-                         "    return distance(a, b) + (min(a.x, b.x) > 1000.0 ? 0.25 : 0.0);\n}\n");
+        test::metric_of(rest + "float difference(vec3 a, vec3 b) { return distance(a, b); }\n");
+    auto bad =
+        test::metric_of(rest +
+                        "float difference(vec3 a, vec3 b) {\n"
+                        "    return distance(a, b) + (min(a.x, b.x) > 1000.0 ? 0.25 : 0.0);\n}\n");
     bad.name = "bad.glsl";
     const Metric* const both[] = {&good, &bad};
     const auto result = compute_distances(test::lavapipe(), database, both);

@@ -8,6 +8,7 @@
 
 #include "engine/error.h"
 #include "engine/reflectance/metric_header.h"
+#include "tests/engine/support.h"
 
 namespace merl::reflectance {
 namespace {
@@ -45,19 +46,6 @@ TEST(MetricKernels, OfTheWholeLibraryAreValid) {
     }
 }
 
-/// A metric of these lines, as if it was the file my.glsl.
-Metric metric_of(const std::string& source) {
-    Metric metric;
-    metric.name = "my.glsl";
-    metric.file = "./my.glsl";
-    metric.source = source;
-    metric.header = parse_metric_header(source, metric.file);
-    for (const auto& p : metric.header.parameters) {
-        metric.parameters.push_back(p.value);
-    }
-    return metric;
-}
-
 const std::string kTransform = "vec3 transform(vec3 f, Voxel v) { return f; }\n";
 const std::string kWeight = "float weight(Voxel v) { return 1.0; }\n";
 const std::string kDifference = "float difference(vec3 a, vec3 b) { return distance(a, b); }\n";
@@ -65,7 +53,7 @@ const std::string kDifference = "float difference(vec3 a, vec3 b) { return dista
 /// The file is refused with a message that has all these parts.
 void expect_refused(const std::string& source, const std::vector<std::string>& parts) {
     try {
-        compile_kernels(metric_of(source));
+        compile_kernels(test::metric_of(source));
         FAIL() << source;
     } catch (const Error& error) {
         EXPECT_EQ(error.fault(), Fault::input);
@@ -78,14 +66,14 @@ void expect_refused(const std::string& source, const std::vector<std::string>& p
 }
 
 TEST(MetricKernels, OfAUsersFileAreValid) {
-    expect_valid(metric_of(kTransform + kWeight + kDifference));
-    expect_valid(metric_of("// degree: 1\n" + kTransform + kWeight +
-                           "float difference(float d) { return abs(d); }"));
+    expect_valid(test::metric_of(kTransform + kWeight + kDifference));
+    expect_valid(test::metric_of("// degree: 1\n" + kTransform + kWeight +
+                                 "float difference(float d) { return abs(d); }"));
     expect_valid(
-        metric_of("// parameter: alpha = 1e-05 in [0, 1] how much\n"
-                  "#include \"lib/cielab.glsl\"\n"
-                  "vec3 transform(vec3 f, Voxel v) { return alpha * cielab(f); }\n" +
-                  kWeight + kDifference));
+        test::metric_of("// parameter: alpha = 1e-05 in [0, 1] how much\n"
+                        "#include \"lib/cielab.glsl\"\n"
+                        "vec3 transform(vec3 f, Voxel v) { return alpha * cielab(f); }\n" +
+                        kWeight + kDifference));
 }
 
 TEST(MetricKernels, ErrorsHaveTheLineOfTheFile) {
@@ -130,16 +118,16 @@ TEST(MetricKernels, NothingButTheLibraryCanBeIncluded) {
 }
 
 TEST(MetricKernels, OfAFileWithLoopsAreValid) {
-    expect_valid(metric_of(kTransform + kWeight +
-                           "float difference(vec3 a, vec3 b) {\n"
-                           "    float s = 0.0;\n"
-                           "    for (int i = 0; i < 3; ++i) { s += abs(a[i] - b[i]); }\n"
-                           "    while (s > 1e9) { s *= 0.5; }\n"
-                           "    return s;\n}\n"));
+    expect_valid(test::metric_of(kTransform + kWeight +
+                                 "float difference(vec3 a, vec3 b) {\n"
+                                 "    float s = 0.0;\n"
+                                 "    for (int i = 0; i < 3; ++i) { s += abs(a[i] - b[i]); }\n"
+                                 "    while (s > 1e9) { s *= 0.5; }\n"
+                                 "    return s;\n}\n"));
 }
 
 TEST(MetricKernels, AFileMayHaveAnyName) {
-    auto metric = metric_of(kTransform + kWeight + kDifference);
+    auto metric = test::metric_of(kTransform + kWeight + kDifference);
     for (const char* name : {"framework/metric.glsl", "metric", "a\"b\n\\.glsl"}) {
         metric.file = name;
         expect_valid(metric);
@@ -157,7 +145,7 @@ TEST(MetricKernels, TheKernelsAreOutOfReach) {
     expect_refused("# version 100\n" + kRest, {":1: ", "#version"});
     expect_refused("#line 7\n" + kRest, {":1: ", "#line"});
     expect_refused("#pragma optimize(off)\n" + kRest, {":1: ", "#pragma"});
-    expect_valid(metric_of("// layout, gl_x, # and \\ in a comment /* do\n" + kRest));
+    expect_valid(test::metric_of("// layout, gl_x, # and \\ in a comment /* do\n" + kRest));
 }
 
 TEST(MetricKernels, NothingIsHiddenInAMacroOrAComment) {
@@ -220,11 +208,11 @@ TEST(MetricKernels, VariablesOfTheWholeFileAreRefused) {
     }
     expect_difference_refused("return s;", {"\"s\""},
                               "float f() { return 2.0; }\nfloat s = f();\n");
-    expect_valid(
-        metric_of("const float s = 2.0 * sin(1.0);\nconst float t[3] = float[](1.0, s, 0.0);\n" +
-                  kTransform + kWeight +
-                  "float difference(vec3 a, vec3 b) {\n"
-                  "    int i = a.x > b.x ? 1 : 2;\n    return t[i] * distance(a, b);\n}\n"));
+    expect_valid(test::metric_of(
+        "const float s = 2.0 * sin(1.0);\nconst float t[3] = float[](1.0, s, 0.0);\n" + kTransform +
+        kWeight +
+        "float difference(vec3 a, vec3 b) {\n"
+        "    int i = a.x > b.x ? 1 : 2;\n    return t[i] * distance(a, b);\n}\n"));
 }
 
 TEST(MetricKernels, AParameterIsNoConstantOfTheCompilers) {
@@ -237,8 +225,8 @@ TEST(MetricKernels, AParameterIsNoConstantOfTheCompilers) {
           "return float(double(gamma) + 1.0lf / double(gamma)) * distance(a, b);",
           "return bool(gamma) ? distance(a, b) : float(int(gamma));",
           "float s = pow(2.0, gamma), gamma = s; return gamma * distance(a, b);"}) {
-        expect_valid(metric_of(parameter + kTransform + kWeight +
-                               "float difference(vec3 a, vec3 b) { " + body + " }\n"));
+        expect_valid(test::metric_of(parameter + kTransform + kWeight +
+                                     "float difference(vec3 a, vec3 b) { " + body + " }\n"));
     }
     const std::string what_to_do = "belongs into the function that uses it";
     expect_refused(
@@ -263,9 +251,9 @@ TEST(MetricKernels, ConstantsAreFinite) {
                        "float difference(vec3 a, vec3 b) { return min(gamma, distance(a, b)); }\n",
                    {"./my.glsl:4: ", "infinite"});
     expect_valid(
-        metric_of("// parameter: gamma = 1e300 in [0, 1e300] x\n"
-                  "vec3 transform(vec3 f, Voxel v) { return min(min(f, gamma), 1e200); }\n" +
-                  kWeight + kDifference));
+        test::metric_of("// parameter: gamma = 1e300 in [0, 1e300] x\n"
+                        "vec3 transform(vec3 f, Voxel v) { return min(min(f, gamma), 1e200); }\n" +
+                        kWeight + kDifference));
 }
 
 TEST(MetricKernels, VariablesWithoutAValueAreRefused) {
@@ -300,11 +288,11 @@ TEST(MetricKernels, VariablesWithoutAValueAreRefused) {
           "float s; do { s = a.x; } while (s > 2.0); return s;",
           "float s[2]; s[0] = 1.0; s[1] = a.x; return s[a.x > 1.0 ? 1 : 0];",
           "float s; switch (int(a.x)) { case 0: s = 1.0; break; default: s = 2.0; } return s;"}) {
-        expect_valid(metric_of(kTransform + kWeight +
-                               "void f(out float x) { x = 3.0; }\n"
-                               "void g(inout float x) { x += 1.0; }\n"
-                               "float difference(vec3 a, vec3 b) { " +
-                               body + " }\n"));
+        expect_valid(test::metric_of(kTransform + kWeight +
+                                     "void f(out float x) { x = 3.0; }\n"
+                                     "void g(inout float x) { x += 1.0; }\n"
+                                     "float difference(vec3 a, vec3 b) { " +
+                                     body + " }\n"));
     }
 }
 
@@ -314,10 +302,10 @@ TEST(MetricKernels, EveryPathNeedsAReturn) {
                               {"difference()", "return"});
     expect_difference_refused("return f(a.x);", {"f()", "return"},
                               "float f(float x) { if (x > 1.0) { return 1.0; } }\n");
-    expect_valid(
-        metric_of(kTransform + kWeight +
-                  "float difference(vec3 a, vec3 b) {\n"
-                  "    if (a.x > b.x) { return a.x - b.x; } else { return b.x - a.x; }\n}\n"));
+    expect_valid(test::metric_of(
+        kTransform + kWeight +
+        "float difference(vec3 a, vec3 b) {\n"
+        "    if (a.x > b.x) { return a.x - b.x; } else { return b.x - a.x; }\n}\n"));
 }
 
 TEST(MetricKernels, FunctionsThatTheKernelsUseCannotBeReplaced) {
@@ -333,7 +321,7 @@ TEST(MetricKernels, FunctionsThatTheKernelsUseCannotBeReplaced) {
          {"#undef float", "#define guard_loop() true", "#define kMostLoops 4000000000u",
           "#define GUARDED", "#define main nothing", "#define if while",
           "#define METRIC_FLOAT64"}) {
-        expect_valid(metric_of(std::string(macro) + "\n" + kRest));
+        expect_valid(test::metric_of(std::string(macro) + "\n" + kRest));
     }
 }
 

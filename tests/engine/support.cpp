@@ -10,6 +10,7 @@
 
 #include "engine/device/shader_compiler.h"
 #include "engine/reflectance/merl_file.h"
+#include "engine/reflectance/metric_header.h"
 #include "engine/reflectance/metric_library.h"
 
 namespace merl::test {
@@ -77,6 +78,18 @@ TemporaryDirectory::TemporaryDirectory() {
 TemporaryDirectory::~TemporaryDirectory() {
     std::error_code ignored;
     std::filesystem::remove_all(path, ignored);
+}
+
+reflectance::Metric metric_of(const std::string& source) {
+    reflectance::Metric metric;
+    metric.name = "my.glsl";
+    metric.file = "./my.glsl";
+    metric.source = source;
+    metric.header = reflectance::parse_metric_header(source, metric.file);
+    for (const auto& p : metric.header.parameters) {
+        metric.parameters.push_back(p.value);
+    }
+    return metric;
 }
 
 void write_merl_file(const std::filesystem::path& path, const reflectance::Database& database,

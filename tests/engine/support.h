@@ -8,6 +8,7 @@
 
 #include "engine/device/context.h"
 #include "engine/reflectance/database.h"
+#include "engine/reflectance/metric.h"
 
 namespace merl::test {
 
@@ -35,6 +36,10 @@ double random_sample(std::size_t material, std::uint64_t voxel, std::size_t chan
 
 /// The SPIR-V of a shader of the tests, which may include those of shaders/.
 std::vector<std::uint32_t> compile(const std::string& path, const std::string& preamble = "");
+
+/// A metric of these lines, as if it was a user's file my.glsl, with its parameters at their
+/// defaults.
+reflectance::Metric metric_of(const std::string& source);
 
 /// Writes a material of a database as a MERL file.
 void write_merl_file(const std::filesystem::path& path, const reflectance::Database& database,
