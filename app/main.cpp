@@ -11,14 +11,13 @@
 #include <string_view>
 #include <system_error>
 
-#include "app/commands.h"
-#include "app/exit_status.h"
-#include "app/interrupt.h"
-#include "app/output_directory.h"
-#include "app/terminal.h"
-#include "app/version.h"
-#include "engine/error.h"
-#include "scan/input.h"
+#include "app/cli/exit_status.h"
+#include "app/cli/interrupt.h"
+#include "app/cli/terminal.h"
+#include "app/cli/version.h"
+#include "app/commands/commands.h"
+#include "app/output/output_directory.h"
+#include "engine/base/error.h"
 
 namespace {
 
@@ -135,8 +134,6 @@ int main(int argc, char** argv) {
         return run(argc, argv);
     } catch (const merl::Error& error) {
         return complain("", error.what(), status_of(error.fault()));
-    } catch (const merl::scan::InputError& error) {
-        return complain("", error.what(), kInput);
     } catch (const Interrupted& interrupt) {
         if (results_are_in_place()) {
             return complain("", "interrupted", kInterrupted + interrupt.signal());

@@ -8,7 +8,7 @@ function(shader_text file out)
   set(${out} "R\"glsl(${text})glsl\"" PARENT_SCOPE)
 endfunction()
 
-# Adds shaders/framework/, shaders/lib/ and shaders/render/ as `merl::reflectance::shader_files()`.
+# Adds shaders/framework/, shaders/lib/ and shaders/render/ as `merl::engine::shader_files()`.
 function(add_shader_files target)
   file(GLOB files CONFIGURE_DEPENDS RELATIVE ${PROJECT_SOURCE_DIR}/shaders
        ${PROJECT_SOURCE_DIR}/shaders/framework/* ${PROJECT_SOURCE_DIR}/shaders/lib/*
@@ -22,20 +22,20 @@ function(add_shader_files target)
   file(CONFIGURE OUTPUT ${CMAKE_CURRENT_BINARY_DIR}/metrics/shader_files.cpp @ONLY CONTENT
 "#include <vector>
 
-#include \"engine/reflectance/metric_library.h\"
+#include \"engine/metric/metric_library.h\"
 
-namespace merl::reflectance {
+namespace merl::engine {
 std::span<const device::ShaderText> shader_files() {
     static const std::vector<device::ShaderText> all = {
 ${entries}    };
     return all;
 }
-}  // namespace merl::reflectance
+}  // namespace merl::engine
 ")
   target_sources(${target} PRIVATE ${CMAKE_CURRENT_BINARY_DIR}/metrics/shader_files.cpp)
 endfunction()
 
-# Adds every *.glsl of `folder`, and a function `merl::reflectance::<list>()` that gives them all.
+# Adds every *.glsl of `folder`, and a function `merl::engine::<list>()` that gives them all.
 function(add_metrics target folder list)
   file(GLOB files CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/shaders/${folder}/*.glsl)
   list(SORT files)
@@ -57,7 +57,7 @@ function(add_metrics target folder list)
       string(APPEND METRIC_VALUES "parameters[${index}], ")
       math(EXPR index "${index} + 1")
     endforeach()
-    configure_file(${PROJECT_SOURCE_DIR}/engine/reflectance/metric.cpp.in
+    configure_file(${PROJECT_SOURCE_DIR}/engine/metric/twin.cpp.in
                    ${CMAKE_CURRENT_BINARY_DIR}/metrics/${METRIC_ID}.cpp @ONLY)
     target_sources(${target} PRIVATE ${CMAKE_CURRENT_BINARY_DIR}/metrics/${METRIC_ID}.cpp)
     # Whatever a metric calls has to be inlined before its loop over voxels becomes vectors, and a
@@ -70,16 +70,16 @@ function(add_metrics target folder list)
   file(CONFIGURE OUTPUT ${CMAKE_CURRENT_BINARY_DIR}/metrics/${list}.cpp @ONLY CONTENT
 "#include <vector>
 
-#include \"engine/reflectance/metric_library.h\"
+#include \"engine/metric/metric_library.h\"
 
-namespace merl::reflectance {
+namespace merl::engine {
 namespace glsl {
 ${declarations}}
 std::span<const BuiltMetric> ${list}() {
     static const std::vector<BuiltMetric> all = {${entries}};
     return all;
 }
-}  // namespace merl::reflectance
+}  // namespace merl::engine
 ")
   target_sources(${target} PRIVATE ${CMAKE_CURRENT_BINARY_DIR}/metrics/${list}.cpp)
 endfunction()

@@ -4,8 +4,8 @@
 
 #include <optional>
 
+#include "engine/base/error.h"
 #include "engine/device/buffer_handles.h"
-#include "engine/error.h"
 
 namespace merl::device {
 namespace {

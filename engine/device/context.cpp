@@ -12,8 +12,8 @@
 #include <string_view>
 #include <tuple>
 
+#include "engine/base/error.h"
 #include "engine/device/handles.h"
-#include "engine/error.h"
 
 namespace merl::device {
 namespace {

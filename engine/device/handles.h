@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
+#include "engine/base/error.h"
 #include "engine/device/context.h"
 #include "engine/device/vulkan.h"
-#include "engine/error.h"
 
 namespace merl::device {
 

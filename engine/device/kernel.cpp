@@ -2,9 +2,9 @@
 
 #include <fmt/format.h>
 
+#include "engine/base/error.h"
 #include "engine/device/buffer_handles.h"
 #include "engine/device/kernel_handles.h"
-#include "engine/error.h"
 
 namespace merl::device {
 namespace {

@@ -1,5 +1,5 @@
 // What the functions of a user's metric call instead of the language's own operations
-// (engine/reflectance/metric_guards.cpp puts the calls in), so that what goes wrong shows.
+// (engine/metric/check/guards.cpp puts the calls in), so that what goes wrong shows.
 //
 // GLSL leaves open what dividing by zero gives, or the smaller of a number and a NaN. These give what
 // IEEE 754 does, NaN where something is not defined, and lose no NaN. Where no number could say so, as for

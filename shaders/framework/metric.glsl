@@ -1,5 +1,5 @@
 // What a metric file sees, and what the kernels need to know of it. The metric itself comes after the
-// last line of a kernel (engine/reflectance/metric_kernels.cpp): so nothing in it can change what is here.
+// last line of a kernel (engine/metric/metric_kernels.cpp): so nothing in it can change what is here.
 //
 // Transforms and weights run in float64 (the including file defines METRIC_FLOAT64) and are rounded
 // once, when they enter the grid; differences run in float32 on the grid. The metric file says float

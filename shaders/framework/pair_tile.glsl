@@ -1,5 +1,5 @@
 // The matrix of pairs cut into square tiles, of which those on the diagonal and above it are computed.
-// engine/reflectance/pair_tiles.h has the same order: first all above the diagonal, row by row, then
+// engine/distance/parts/pair_tiles.h has the same order: first all above the diagonal, row by row, then
 // the diagonal.
 
 layout(constant_id = 2) const uint kTile = 10;  // materials along a side of a tile

@@ -1,5 +1,5 @@
 // The functions of GLSL that it has for float only, for double: a transform or a weight calls them by
-// their usual names. Relative errors are below 2e-15 (tests/engine/float64_test.cpp) unless said
+// their usual names. Relative errors are below 2e-15 (tests/engine/metric/float64_test.cpp) unless said
 // otherwise. In C++ the standard library has them all, so there this file is not compiled.
 //
 // The polynomials are those of FDLIBM (Sun Microsystems 1993). Results below 2^-1022 are 0 or

@@ -1,4 +1,4 @@
-"""The science of a scan in plain Python, from SPEC alone: slow, float64, and nothing of the C++."""
+"""The science of a scan in plain Python, from Ryman 2018 and the definitions in docs/ alone: slow, float64, and nothing of the C++."""
 
 import decimal
 import math
@@ -7,7 +7,7 @@ SCALE = (1 / 1500, 1.15 / 1500, 1.66 / 1500)
 
 
 def domain(grid):
-    """(cos theta_i, cos theta_o, s_MERL) of every voxel in file order (SPEC 1)."""
+    """(cos theta_i, cos theta_o, s_MERL) of every voxel in file order (Ryman 2018, 4.5, 4.6, 4.14)."""
     theta_h_count, theta_d_count, phi_d_count = grid
     result = []
     for t in range(theta_h_count):
@@ -30,7 +30,7 @@ def above_horizon(grid):
 
 
 def lab(rgb):
-    """CIELAB of linear RGB (SPEC 3), read literally: not scaled by 100. The offset 16/116 of f
+    """CIELAB of linear RGB (Ryman 2018, 4.28), read literally: not scaled by 100. The offset 16/116 of f
     cancels, and is left out so that dark colours keep their digits."""
     r, g, b = rgb
     x = 0.412453 * r + 0.357580 * g + 0.180423 * b
@@ -66,7 +66,7 @@ METRICS = {
 
 
 def distances(metric, materials, grid):
-    """E of all pairs in pair order (SPEC 2) of materials given as stored numbers."""
+    """E of all pairs in pair order (Ryman 2018, 4.20) of materials given as stored numbers."""
     transform, weight, difference = METRICS[metric]
     count = grid[0] * grid[1] * grid[2]
     visited = above_horizon(grid)
@@ -135,7 +135,7 @@ def sign(x):
 
 
 def disagreements(pairs):
-    """All disagreements (SPEC 4) of pairs given as (name, name, d1, d2), strongest first: tuples of
+    """All disagreements (docs/numerics.md) of pairs given as (name, name, d1, d2), strongest first: tuples of
     the left pair, the right pair and the agreement."""
     found = []
     for a, one in enumerate(pairs):
@@ -152,7 +152,7 @@ def disagreements(pairs):
 
 
 def selection(ranked, select, per_material):
-    """The greedy choice (SPEC 4) from disagreements, strongest first."""
+    """The greedy choice (docs/numerics.md) from disagreements, strongest first."""
     parts = {}
     chosen = []
     for left, right, agreement in ranked:

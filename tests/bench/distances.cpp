@@ -1,15 +1,15 @@
-#include "engine/reflectance/distances.h"
+#include "engine/distance/distances.h"
 
 #include <fmt/format.h>
 
-#include "engine/reflectance/abc_database.h"
+#include "engine/database/abc_database.h"
 #include "tests/bench/bench.h"
 #include "tests/bench/inputs.h"
 
 namespace merl::bench {
 namespace {
 
-using namespace reflectance;
+using namespace engine;
 
 /// The distance stage: its wall-clock time, and as counters the seconds of its parts. `twins` are
 /// metrics with the same distances that have a float64 twin.

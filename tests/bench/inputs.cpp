@@ -7,16 +7,16 @@
 #include <cmath>
 #include <random>
 
-#include "app/refine.h"
-#include "engine/reflectance/abc_database.h"
-#include "engine/reflectance/merl_directory.h"
-#include "engine/reflectance/reference.h"
+#include "app/pipeline/refine.h"
+#include "engine/database/abc_database.h"
+#include "engine/database/merl_directory.h"
+#include "engine/distance/float64_distances.h"
 #include "tests/bench/bench.h"
 
 namespace merl::bench {
 
-using reflectance::Database;
-using reflectance::Metric;
+using engine::Database;
+using engine::Metric;
 
 device::Context& context() {
     static device::Context context({.device = settings().device});
@@ -27,23 +27,23 @@ const Database& database() {
     static const std::unique_ptr<Database> database = []() -> std::unique_ptr<Database> {
         if (settings().check) {
             return std::make_unique<BlendedDatabase>(
-                *reflectance::make_abc_database({.theta_h = 18, .theta_d = 18, .phi_d = 36}), 30);
+                *engine::make_abc_database({.theta_h = 18, .theta_d = 18, .phi_d = 36}), 30);
         }
-        return settings().database.empty() ? reflectance::make_abc_database()
-                                           : reflectance::open_merl_directory(settings().database);
+        return settings().database.empty() ? engine::make_abc_database()
+                                           : engine::open_merl_directory(settings().database);
     }();
     return *database;
 }
 
 const std::array<const Metric*, 2>& two_metrics() {
-    static const std::array<const Metric*, 2> metrics = {&reflectance::find_metric("cwcbrt"),
-                                                         &reflectance::find_metric("pawcielab")};
+    static const std::array<const Metric*, 2> metrics = {&engine::find_metric("cwcbrt"),
+                                                         &engine::find_metric("pawcielab")};
     return metrics;
 }
 
 const scan::Distances& device_distances() {
     static const scan::Distances distances = [] {
-        auto computed = reflectance::compute_distances(context(), database(), two_metrics());
+        auto computed = engine::compute_distances(context(), database(), two_metrics());
         return scan::Distances{.names = database().materials(),
                                .first_metric = two_metrics()[0]->name,
                                .second_metric = two_metrics()[1]->name,
@@ -81,7 +81,7 @@ scan::Distances made_up_distances(std::uint32_t materials) {
 }
 
 double check_distances(const Database& database, std::span<const Metric* const> metrics,
-                       std::span<const reflectance::MetricDistances> distances) {
+                       std::span<const engine::MetricDistances> distances) {
     const auto materials = static_cast<std::uint32_t>(database.materials().size());
     const auto pairs = static_cast<std::uint32_t>(scan::pair_count(materials));
     constexpr std::uint32_t kChecked = 50;
@@ -90,15 +90,15 @@ double check_distances(const Database& database, std::span<const Metric* const> 
         chosen.push_back(
             static_cast<std::uint32_t>(std::uint64_t{pairs} * i / std::min(kChecked, pairs)));
     }
-    std::vector<reflectance::ReferenceRequest> requests;
+    std::vector<engine::Float64Request> requests;
     for (const auto* metric : metrics) {
-        auto& request = requests.emplace_back(reflectance::ReferenceRequest{metric, {}});
+        auto& request = requests.emplace_back(engine::Float64Request{metric, {}});
         for (const auto index : chosen) {
             const auto pair = scan::pair_at(index, materials);
             request.pairs.emplace_back(pair.first, pair.second);
         }
     }
-    const auto exact = reflectance::reference_distances(database, requests);
+    const auto exact = engine::float64_distances(database, requests);
     double largest = 0;
     for (std::size_t m = 0; m < metrics.size(); ++m) {
         require(distances[m].values.size() == pairs,
@@ -134,8 +134,8 @@ BlendedDatabase::BlendedDatabase(const Database& original, std::size_t materials
     }
 }
 
-void BlendedDatabase::read(std::size_t material, reflectance::VoxelRange range,
-                           std::span<double> samples, reflectance::ContentHash* hash) const {
+void BlendedDatabase::read(std::size_t material, engine::VoxelRange range,
+                           std::span<double> samples, engine::ContentHash* hash) const {
     const auto [a, b] = blends_.at(material);
     for (std::size_t channel = 0; channel < 3; ++channel) {
         const auto plane = samples.subspan(channel * range.size(), range.size());

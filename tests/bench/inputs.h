@@ -7,11 +7,11 @@
 #include <string>
 #include <vector>
 
+#include "engine/database/database.h"
 #include "engine/device/context.h"
-#include "engine/reflectance/database.h"
-#include "engine/reflectance/distances.h"
-#include "engine/reflectance/metric.h"
-#include "scan/pairs.h"
+#include "engine/distance/distances.h"
+#include "engine/metric/metric.h"
+#include "scan/pairs/pairs.h"
 
 namespace merl::bench {
 
@@ -20,10 +20,10 @@ namespace merl::bench {
 device::Context& context();
 
 /// The database of the settings; for --check a small part of the built-in one.
-const reflectance::Database& database();
+const engine::Database& database();
 
 /// cwcbrt and pawcielab.
-const std::array<const reflectance::Metric*, 2>& two_metrics();
+const std::array<const engine::Metric*, 2>& two_metrics();
 
 /// Distances of database() under two_metrics(), in float32 with bounds.
 const scan::Distances& device_distances();
@@ -36,17 +36,17 @@ scan::Distances made_up_distances(std::uint32_t materials);
 
 /// Holds distances to the float64 reference on some pairs: each within its bound, or where none is
 /// known within 1e-5 of itself. Returns the largest relative error. Throws std::runtime_error.
-double check_distances(const reflectance::Database& database,
-                       std::span<const reflectance::Metric* const> metrics,
-                       std::span<const reflectance::MetricDistances> distances);
+double check_distances(const engine::Database& database,
+                       std::span<const engine::Metric* const> metrics,
+                       std::span<const engine::MetricDistances> distances);
 
 /// `materials` materials from the samples of another database, which it keeps in memory: every
 /// n-th of them where there are enough, else those and blends of two of them.
-class BlendedDatabase final : public reflectance::Database {
+class BlendedDatabase final : public engine::Database {
   public:
-    BlendedDatabase(const reflectance::Database& original, std::size_t materials);
-    void read(std::size_t material, reflectance::VoxelRange range, std::span<double> samples,
-              reflectance::ContentHash* hash) const override;
+    BlendedDatabase(const engine::Database& original, std::size_t materials);
+    void read(std::size_t material, engine::VoxelRange range, std::span<double> samples,
+              engine::ContentHash* hash) const override;
 
   private:
     struct Blend {

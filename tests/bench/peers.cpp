@@ -21,7 +21,7 @@
 namespace merl::bench {
 namespace {
 
-using namespace reflectance;
+using namespace engine;
 
 /// Some blocks of voxels, spread over all that are visited: slow programs work on a share.
 struct Subset {

@@ -6,15 +6,15 @@
 #include <filesystem>
 #include <fstream>
 
-#include "engine/reflectance/merl_file.h"
-#include "engine/reflectance/slab_reader.h"
+#include "engine/database/merl_file.h"
+#include "engine/distance/parts/slab_reader.h"
 #include "tests/bench/bench.h"
 #include "tests/bench/inputs.h"
 
 namespace merl::bench {
 namespace {
 
-using namespace reflectance;
+using namespace engine;
 
 constexpr std::uint64_t kSlabVoxels = 32ULL * kBlockVoxels;
 

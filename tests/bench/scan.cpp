@@ -1,5 +1,3 @@
-#include "scan/scan.h"
-
 #include <fmt/format.h>
 #include <sys/mman.h>
 #include <unistd.h>
@@ -10,12 +8,13 @@
 #include <system_error>
 #include <vector>
 
-#include "app/refine.h"
-#include "scan/count.h"
-#include "scan/disagreements.h"
-#include "scan/selection.h"
-#include "scan/tables.h"
-#include "scan/undecided.h"
+#include "app/pipeline/refine.h"
+#include "scan/pairs/census.h"
+#include "scan/pairs/count.h"
+#include "scan/select/disagreements.h"
+#include "scan/select/selection.h"
+#include "scan/select/tables.h"
+#include "scan/select/undecided.h"
 #include "tests/bench/bench.h"
 #include "tests/bench/inputs.h"
 #include "tests/scan/support.h"
@@ -36,7 +35,7 @@ const scan::Distances& many_distances() {
 }
 
 /// Disagreements of distances without ties, by a Fenwick tree: a third way beside the two of
-/// scan/count.h, and quick enough for 1,000 materials.
+/// scan/pairs/count.h, and quick enough for 1,000 materials.
 std::uint64_t count_by_tree(const scan::Distances& distances) {
     const std::size_t pairs = distances.first.size();
     std::vector<std::size_t> order(pairs);

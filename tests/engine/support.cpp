@@ -8,10 +8,10 @@
 #include <fstream>
 #include <iterator>
 
+#include "engine/database/merl_file.h"
 #include "engine/device/shader_compiler.h"
-#include "engine/reflectance/merl_file.h"
-#include "engine/reflectance/metric_header.h"
-#include "engine/reflectance/metric_library.h"
+#include "engine/metric/metric_header.h"
+#include "engine/metric/metric_library.h"
 
 namespace merl::test {
 
@@ -25,8 +25,7 @@ device::Context& lavapipe_with_staging() {
     return context;
 }
 
-FunctionDatabase::FunctionDatabase(const reflectance::Grid& grid, std::size_t materials,
-                                   Sample sample)
+FunctionDatabase::FunctionDatabase(const engine::Grid& grid, std::size_t materials, Sample sample)
     : Database("a function", "test"), sample_(std::move(sample)) {
     grid_ = grid;
     for (std::size_t i = 0; i < materials; ++i) {
@@ -34,8 +33,8 @@ FunctionDatabase::FunctionDatabase(const reflectance::Grid& grid, std::size_t ma
     }
 }
 
-void FunctionDatabase::read(std::size_t material, reflectance::VoxelRange range,
-                            std::span<double> samples, reflectance::ContentHash* hash) const {
+void FunctionDatabase::read(std::size_t material, engine::VoxelRange range,
+                            std::span<double> samples, engine::ContentHash* hash) const {
     for (std::size_t channel = 0; channel < 3; ++channel) {
         const auto plane = samples.subspan(channel * range.size(), range.size());
         for (std::uint64_t i = 0; i < range.size(); ++i) {
@@ -62,7 +61,7 @@ std::vector<std::uint32_t> compile(const std::string& path, const std::string& p
     std::ifstream file(path);
     const device::ShaderText shader = {path, {std::istreambuf_iterator<char>(file), {}}};
     return device::compile_shader(shader, preamble, [](std::string_view name, std::string_view) {
-        const auto files = reflectance::shader_files();
+        const auto files = engine::shader_files();
         const auto found =
             std::find_if(files.begin(), files.end(),
                          [&](const device::ShaderText& f) { return f.name == name; });
@@ -80,21 +79,21 @@ TemporaryDirectory::~TemporaryDirectory() {
     std::filesystem::remove_all(path, ignored);
 }
 
-reflectance::Metric metric_of(const std::string& source) {
-    reflectance::Metric metric;
+engine::Metric metric_of(const std::string& source) {
+    engine::Metric metric;
     metric.name = "my.glsl";
     metric.file = "./my.glsl";
     metric.source = source;
-    metric.header = reflectance::parse_metric_header(source, metric.file);
+    metric.header = engine::parse_metric_header(source, metric.file);
     for (const auto& p : metric.header.parameters) {
         metric.parameters.push_back(p.value);
     }
     return metric;
 }
 
-void write_merl_file(const std::filesystem::path& path, const reflectance::Database& database,
+void write_merl_file(const std::filesystem::path& path, const engine::Database& database,
                      std::size_t material) {
-    std::ofstream(path, std::ios::binary) << reflectance::merl_file(database, material);
+    std::ofstream(path, std::ios::binary) << engine::merl_file(database, material);
 }
 
 }  // namespace merl::test

@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
+#include "engine/database/database.h"
 #include "engine/device/context.h"
-#include "engine/reflectance/database.h"
-#include "engine/reflectance/metric.h"
+#include "engine/metric/metric.h"
 
 namespace merl::test {
 
@@ -19,13 +19,13 @@ device::Context& lavapipe();
 device::Context& lavapipe_with_staging();
 
 /// A database whose samples come from a function of material, file index and channel.
-class FunctionDatabase final : public reflectance::Database {
+class FunctionDatabase final : public engine::Database {
   public:
     using Sample =
         std::function<double(std::size_t material, std::uint64_t voxel, std::size_t channel)>;
-    FunctionDatabase(const reflectance::Grid& grid, std::size_t materials, Sample sample);
-    void read(std::size_t material, reflectance::VoxelRange range, std::span<double> samples,
-              reflectance::ContentHash* hash) const override;
+    FunctionDatabase(const engine::Grid& grid, std::size_t materials, Sample sample);
+    void read(std::size_t material, engine::VoxelRange range, std::span<double> samples,
+              engine::ContentHash* hash) const override;
 
   private:
     Sample sample_;
@@ -39,10 +39,10 @@ std::vector<std::uint32_t> compile(const std::string& path, const std::string& p
 
 /// A metric of these lines, as if it was a user's file my.glsl, with its parameters at their
 /// defaults.
-reflectance::Metric metric_of(const std::string& source);
+engine::Metric metric_of(const std::string& source);
 
 /// Writes a material of a database as a MERL file.
-void write_merl_file(const std::filesystem::path& path, const reflectance::Database& database,
+void write_merl_file(const std::filesystem::path& path, const engine::Database& database,
                      std::size_t material);
 
 /// A directory that is removed at the end of the test.

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "scan/agreement.h"
-#include "scan/pairs.h"
+#include "scan/pairs/agreement.h"
+#include "scan/pairs/pairs.h"
 
 namespace merl::scan {
 
@@ -29,10 +29,10 @@ struct RandomCase {
 /// magnitudes from the smallest to the largest double.
 const std::vector<RandomCase>& random_cases();
 
-/// All disagreements in order, the slow and plain way: SPEC 4 word by word.
+/// All disagreements in order, the slow and plain way: docs/numerics.md word by word.
 std::vector<Configuration> plain_disagreements(const Distances& distances);
 
-/// The selection of SPEC 4 from a list in order, word by word.
+/// The selection (docs/file-formats.md) from a list in order, word by word.
 std::vector<Configuration> plain_selection(const Distances& distances,
                                            const std::vector<Configuration>& disagreements,
                                            std::uint32_t select, std::uint32_t per_material);

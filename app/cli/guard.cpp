@@ -1,0 +1,202 @@
+#include "app/cli/guard.h"
+
+#include <fmt/format.h>
+#include <poll.h>
+#include <pthread.h>
+#include <sys/prctl.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <tbb/global_control.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <chrono>
+#include <csignal>
+#include <cstdio>
+#include <cstring>
+#include <exception>
+#include <fstream>
+#include <limits>
+#include <new>
+#include <system_error>
+#include <vector>
+
+#include "app/cli/interrupt.h"
+#include "engine/base/error.h"
+#include "engine/device/context.h"
+
+namespace merl::app {
+namespace {
+
+constexpr int kLookEvery = 50;  // milliseconds
+
+/// What the child reports: nothing when all is well, else the fault and the message.
+std::string report_of(const std::function<void()>& work) {
+    const auto report = [](Fault fault, const char* message) {
+        return static_cast<char>('0' + static_cast<int>(fault)) + std::string(message);
+    };
+    try {
+        work();
+        return "";
+    } catch (const Error& error) {
+        return report(error.fault(), error.what());
+    } catch (const std::bad_alloc&) {
+        return report(Fault::resource,
+                      "out of memory; raise the limit (ulimit -v, the container's)");
+    } catch (const std::exception& error) {
+        return report(Fault::input, error.what());
+    }
+}
+
+/// Calls `work` with less stack than any thread of the program has, TBB's too: what reads a program
+/// is recursive, and what fits here must fit wherever it is read again.
+void with_little_stack(std::function<void()> work) {
+    constexpr std::size_t kBytes = std::size_t{2} << 20U;
+    const tbb::global_control workers(tbb::global_control::thread_stack_size, kBytes);
+    pthread_attr_t attributes;
+    ::pthread_attr_init(&attributes);
+    ::pthread_attr_setstacksize(&attributes, kBytes);
+    pthread_t thread = {};
+    const auto run = [](void* argument) -> void* {
+        (*static_cast<std::function<void()>*>(argument))();
+        return nullptr;
+    };
+    const int error = ::pthread_create(&thread, &attributes, run, &work);
+    if (error != 0) {
+        throw std::runtime_error(fmt::format("no thread: {}", std::strerror(error)));
+    }
+    ::pthread_join(thread, nullptr);
+    ::pthread_attr_destroy(&attributes);
+}
+
+[[noreturn]] void be_the_child(int to_parent, const std::function<void()>& work) {
+    ::prctl(PR_SET_PDEATHSIG, SIGKILL);
+    std::string report;
+    try {
+        with_little_stack([&] { report = report_of(work); });
+    } catch (const std::exception& error) {
+        report =
+            static_cast<char>('0' + static_cast<int>(Fault::resource)) + std::string(error.what());
+    }
+    report += '.';  // says that it got this far
+    const char* rest = report.data();
+    const char* const end = rest + report.size();
+    while (rest < end) {
+        const auto written = ::write(to_parent, rest, static_cast<std::size_t>(end - rest));
+        if (written <= 0) {
+            break;
+        }
+        rest += written;
+    }
+    ::_exit(0);
+}
+
+std::uint64_t resident_bytes(pid_t child) {
+    std::ifstream statm(fmt::format("/proc/{}/statm", child));
+    std::uint64_t size = 0;
+    std::uint64_t resident = 0;
+    statm >> size >> resident;
+    return resident * static_cast<std::uint64_t>(::sysconf(_SC_PAGESIZE));
+}
+
+/// The child; at the end it is gone, whatever happens.
+class Child {
+  public:
+    Child(pid_t child, int from_child) : child_(child), from_child_(from_child) {}
+    ~Child() {
+        ::kill(child_, SIGKILL);
+        ::waitpid(child_, nullptr, 0);
+        ::close(from_child_);
+    }
+    Child(const Child&) = delete;
+    Child& operator=(const Child&) = delete;
+
+    /// All that it writes until it ends; "" when it says nothing.
+    std::string listen(const std::string& what, double seconds, std::uint64_t bytes) const {
+        using Clock = std::chrono::steady_clock;
+        const auto end = Clock::now() + std::chrono::duration<double>(seconds);
+        std::string report;
+        std::array<char, 4096> buffer = {};
+        for (;;) {
+            throw_if_interrupted();
+            pollfd wait = {.fd = from_child_, .events = POLLIN, .revents = 0};
+            if (::poll(&wait, 1, kLookEvery) > 0) {
+                const auto count = ::read(from_child_, buffer.data(), buffer.size());
+                if (count <= 0) {
+                    return report;
+                }
+                report.append(buffer.data(), static_cast<std::size_t>(count));
+            }
+            if (Clock::now() > end) {
+                throw InputError(
+                    fmt::format("{} took more than {} seconds: it is too "
+                                "large, or has no end",
+                                what, seconds));
+            }
+            if (resident_bytes(child_) > bytes) {
+                throw InputError(fmt::format("{} took more than {} MiB of memory: it is too large",
+                                             what, bytes >> 20U));
+            }
+        }
+    }
+
+  private:
+    pid_t child_;
+    int from_child_;
+};
+
+}  // namespace
+
+void run_guarded(const std::string& what, double seconds, std::uint64_t bytes,
+                 const std::function<void()>& work) {
+    std::array<int, 2> pipe = {};
+    if (::pipe(pipe.data()) != 0) {
+        throw std::system_error(errno, std::generic_category(), "no pipe");
+    }
+    std::fflush(nullptr);
+    const pid_t id = ::fork();
+    if (id < 0) {
+        throw std::system_error(errno, std::generic_category(), "no process");
+    }
+    if (id == 0) {
+        ::close(pipe[0]);
+        be_the_child(pipe[1], work);
+    }
+    ::close(pipe[1]);
+    const Child child(id, pipe[0]);
+    const auto report = child.listen(what, seconds, bytes);
+    if (report.empty()) {
+        throw InputError(fmt::format("{} makes the compiler or the driver crash", what));
+    }
+    if (report.size() > 1) {
+        throw Error(static_cast<Fault>(report[0] - '0'), report.substr(1, report.size() - 2));
+    }
+}
+
+void try_device_where_limited(const std::string& device) {
+    const auto is_limited = [](auto resource) {
+        rlimit limit = {};
+        return ::getrlimit(resource, &limit) == 0 && limit.rlim_cur != RLIM_INFINITY;
+    };
+    if (!is_limited(RLIMIT_AS) && !is_limited(RLIMIT_DATA)) {
+        return;
+    }
+    constexpr double kSeconds = 60;
+    try {
+        run_guarded("opening the device", kSeconds, std::numeric_limits<std::uint64_t>::max(), [&] {
+            // What this process has taken by the time that it opens the device.
+            const std::vector<std::byte> reserve(std::size_t{64} << 20U);
+            const device::Context context({.device = device});
+        });
+    } catch (const Error& error) {
+        if (error.fault() == Fault::input) {  // it crashed, or never ended
+            throw Error(Fault::resource,
+                        "the Vulkan driver crashes within the memory that this process may have "
+                        "(ulimit -v, -d); raise the limit");
+        }
+        throw;
+    }
+}
+
+}  // namespace merl::app

@@ -1,0 +1,36 @@
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "engine/database/database.h"
+
+namespace merl::app {
+
+/// What a chosen subcommand does; it returns the exit status of the program.
+using Command = std::function<int()>;
+
+// Each adds its subcommand with its options to the program's. When the user chooses it, `chosen`
+// becomes what there is to do. One file per subcommand.
+void add_scan(CLI::App& program, Command& chosen);
+void add_compare(CLI::App& program, Command& chosen);
+void add_devices(CLI::App& program, Command& chosen);
+void add_metrics(CLI::App& program, Command& chosen);
+void add_database(CLI::App& program, Command& chosen);
+void add_verify(CLI::App& program, Command& chosen);
+void add_score(CLI::App& program, Command& chosen);
+void add_slices(CLI::App& program, Command& chosen);
+void add_judge(CLI::App& program, Command& chosen);
+void add_render(CLI::App& program, Command& chosen);
+void add_votes(CLI::App& program, Command& chosen);
+void add_power(CLI::App& program, Command& chosen);
+
+/// What --database calls the built-in database.
+inline constexpr const char* kBuiltIn = "built-in";
+
+/// The MERL directory at `path`, or the built-in database when it is empty or kBuiltIn.
+std::unique_ptr<engine::Database> open_database(const std::string& path);
+
+}  // namespace merl::app

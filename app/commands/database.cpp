@@ -1,0 +1,314 @@
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <functional>
+#include <limits>
+#include <memory>
+#include <span>
+#include <system_error>
+#include <vector>
+
+#include "app/cli/exit_status.h"
+#include "app/cli/options.h"
+#include "app/cli/progress.h"
+#include "app/cli/terminal.h"
+#include "app/commands/commands.h"
+#include "app/output/output_directory.h"
+#include "engine/base/error.h"
+#include "engine/database/abc_database.h"
+#include "engine/database/content_hash.h"
+#include "engine/database/domain.h"
+#include "engine/database/material_check.h"
+#include "engine/database/merl_directory.h"
+#include "engine/database/merl_file.h"
+#include "scan/io/csv.h"
+
+namespace merl::app {
+namespace {
+
+using engine::Grid;
+using engine::VoxelRange;
+using engine::VoxelRun;
+
+struct Options {
+    std::string path;
+    std::string out;
+    bool force = false;
+    bool quiet = false;
+};
+
+/// What `database info` says of one material.
+struct Content {
+    std::uint64_t negative = 0;
+    double least = std::numeric_limits<double>::infinity();  // of the measured numbers
+    double most = 0;
+    std::string hash;
+    std::string fault;  // why it looks like a broken copy; empty: it does not
+};
+
+/// The voxels above the horizon, of the grid that was asked for last.
+class Horizon {
+  public:
+    const std::vector<VoxelRun>& runs(const Grid& grid) {
+        if (grid != grid_ || runs_.empty()) {
+            const engine::VoxelList list(engine::Domain(grid), engine::VoxelSet::above_horizon);
+            runs_ = list.runs(0, list.size());
+            grid_ = grid;
+        }
+        return runs_;
+    }
+
+  private:
+    Grid grid_;
+    std::vector<VoxelRun> runs_;
+};
+
+/// Those of the runs that are in a range of the file, cut at its ends.
+std::vector<VoxelRun> runs_within(const std::vector<VoxelRun>& runs, VoxelRange range) {
+    std::vector<VoxelRun> within;
+    auto run = std::ranges::partition_point(
+        runs, [&](const auto& r) { return r.file_index + r.length <= range.first; });
+    for (; run != runs.end() && run->file_index < range.last; ++run) {
+        const std::uint64_t first = std::max(run->file_index, range.first);
+        const std::uint64_t last = std::min(run->file_index + run->length, range.last);
+        within.push_back({.file_index = first, .position = 0, .length = last - first});
+    }
+    return within;
+}
+
+/// Goes through one material; `read` is Database::read or the same for a single file. `progress`
+/// is called with the share of it that is done.
+template <typename Read>
+Content content_of(const Grid& grid, const std::vector<VoxelRun>& above_horizon, const Read& read,
+                   const std::function<void(double)>& progress) {
+    constexpr std::uint64_t kVoxelsAtATime = 65536;
+    Content content;
+    std::vector<double> samples;
+    engine::ContentHash hash(1);
+    engine::MaterialCheck check(grid);
+    std::uint64_t negative_above = 0;
+    for (std::uint64_t at = 0; at < grid.voxels(); at += kVoxelsAtATime) {
+        const VoxelRange range = {at, std::min(at + kVoxelsAtATime, grid.voxels())};
+        samples.resize(3 * range.size());
+        read(range, samples, hash);
+        const auto is_negative = [&](std::uint64_t i) {
+            return std::min(
+                       {samples[i], samples[range.size() + i], samples[2 * range.size() + i]}) < 0;
+        };
+        for (std::uint64_t i = 0; i < range.size(); ++i) {
+            content.negative += is_negative(i) ? 1 : 0;
+        }
+        for (const double value : samples) {
+            if (value >= 0) {
+                content.least = std::min(content.least, value);
+                content.most = std::max(content.most, value);
+            }
+        }
+        const auto above = runs_within(above_horizon, range);
+        for (const auto& run : above) {
+            for (std::uint64_t i = 0; i < run.length; ++i) {
+                negative_above += is_negative(run.file_index - range.first + i) ? 1 : 0;
+            }
+        }
+        check.add(range, samples, above);
+        progress(static_cast<double>(range.last) / static_cast<double>(grid.voxels()));
+    }
+    content.hash = hash.material_digest(0, grid.text());
+    content.fault = check.fault(negative_above, hash, 0);
+    return content;
+}
+
+void print_heading() {
+    print_line("");
+    print_line(fmt::format("{:<32} {:>12} {:>12}   {}", "material", "samples", "negative",
+                           "values, 1/sr"));
+}
+
+void print_row(const std::string& material, const Grid& grid, const Content& content) {
+    const auto values = content.least > content.most
+                            ? std::string("nothing was measured")
+                            : fmt::format("{:.6g} to {:.6g}", content.least, content.most);
+    print_line(fmt::format("{:<32} {:>12} {:>12}   {}", material, grid.voxels(), content.negative,
+                           values));
+    if (!content.fault.empty()) {
+        print_line(fmt::format("{:<32} looks damaged: {}", material, content.fault));
+    }
+}
+
+/// Progress over several materials; call it with the share of one of them.
+auto share_of(Progress& progress, std::size_t material, std::size_t count) {
+    return [&progress, material, count](double share) {
+        progress.update((static_cast<double>(material) + share) / static_cast<double>(count));
+    };
+}
+
+int info_of_built_in(const Options& options) {
+    const auto database = engine::make_abc_database();
+    const auto& materials = database->materials();
+    print_line(fmt::format("{}: {} materials, {}", database->name(), materials.size(),
+                           database->grid().text()));
+    print_heading();
+    Progress progress("computing", options.quiet);
+    Horizon horizon;
+    for (std::size_t m = 0; m < materials.size(); ++m) {
+        const Content content = content_of(
+            database->grid(), horizon.runs(database->grid()),
+            [&](VoxelRange range, std::span<double> samples, engine::ContentHash&) {
+                database->read(m, range, samples);
+            },
+            share_of(progress, m, materials.size()));
+        clear_progress();
+        print_row(materials[m], database->grid(), content);
+    }
+    return kSuccess;
+}
+
+int info(const Options& options) {
+    if (options.path.empty()) {
+        return info_of_built_in(options);
+    }
+    std::vector<engine::MerlEntry> entries;
+    std::error_code none;
+    if (std::filesystem::is_directory(options.path, none)) {
+        entries = engine::list_merl_directory(options.path);
+        print_line(fmt::format("{}: {} .binary file{}", options.path, entries.size(),
+                               entries.size() == 1 ? "" : "s"));
+    } else {
+        engine::read_merl_header(options.path);  // throws unless it is a MERL file
+        entries.push_back({std::filesystem::path(options.path).stem().string(), options.path});
+        print_line(fmt::format("{}: one file", options.path));
+    }
+    print_heading();
+    std::size_t bad = 0;
+    Grid first_grid;
+    bool any = false;
+    bool grids_differ = false;
+    std::size_t damaged = 0;
+    std::vector<std::string> names;  // of those that can be read, and their contents
+    std::vector<std::string> hashes;
+    Horizon horizon;
+    {
+        Progress progress("reading", options.quiet);
+        for (std::size_t i = 0; i < entries.size(); ++i) {
+            const auto& [material, path] = entries[i];
+            try {
+                const auto header = engine::read_merl_header(path);
+                const Grid& grid = header.grid;
+                const auto read = [&path = path, &header](VoxelRange range,
+                                                          std::span<double> samples,
+                                                          engine::ContentHash& hash) {
+                    engine::read_merl_samples(
+                        path, header, range, samples,
+                        [&](std::size_t plane, std::span<const std::byte> bytes) {
+                            hash.update(0, plane, bytes);
+                        });
+                };
+                const Content content = content_of(grid, horizon.runs(grid), read,
+                                                   share_of(progress, i, entries.size()));
+                clear_progress();
+                print_row(material, grid, content);
+                damaged += content.fault.empty() ? 0 : 1;
+                names.push_back(material);
+                hashes.push_back(content.hash);
+                grids_differ |= any && grid != first_grid;
+                first_grid = any ? first_grid : grid;
+                any = true;
+            } catch (const Error& error) {
+                if (error.fault() != Fault::input) {
+                    throw;
+                }
+                ++bad;
+                clear_progress();
+                print_line(fmt::format("{:<32} cannot be used: {}", material, error.what()));
+            }
+        }
+    }
+    print_line("");
+    const auto copies = engine::copies_among(names, hashes);
+    for (const auto& same : copies) {
+        print_line(fmt::format("the same content: {}", fmt::join(same, ", ")));
+    }
+    if (damaged > 0) {
+        print_line(fmt::format("{} of {} look{} damaged", damaged, entries.size(),
+                               damaged == 1 ? "s" : ""));
+    }
+    print_line(fmt::format("{} of {} can be read{}", entries.size() - bad, entries.size(),
+                           grids_differ ? "; their grids differ, and a scan needs one grid"
+                           : any        ? fmt::format("; grid {}", first_grid.text())
+                                        : ""));
+    return bad == 0 && damaged == 0 && copies.empty() && !grids_differ && !entries.empty()
+               ? kSuccess
+               : kInput;
+}
+
+int write(const Options& options) {
+    const auto database = engine::make_abc_database();
+    const auto& materials = database->materials();
+    std::vector<std::string> files(materials.size());
+    std::transform(materials.begin(), materials.end(), files.begin(),
+                   [](const std::string& material) { return material + ".binary"; });
+    OutputDirectory out(options.out, options.force, files);
+    {
+        Progress progress("writing", options.quiet);
+        for (std::size_t m = 0; m < materials.size(); ++m) {
+            out.write(files[m],
+                      [&](int file) { scan::write_all(file, engine::merl_file(*database, m)); });
+            progress.update(static_cast<double>(m + 1) / static_cast<double>(materials.size()));
+        }
+    }
+    out.commit();
+    if (!options.quiet) {
+        print_line(fmt::format("{} materials of {} in {}", materials.size(), database->name(),
+                               options.out));
+    }
+    return kSuccess;
+}
+
+}  // namespace
+
+void add_database(CLI::App& program, Command& chosen) {
+    auto options = std::make_shared<Options>();
+    auto* command =
+        program.add_subcommand("database", "What a database holds; the built-in one as files");
+    command->require_subcommand(1);
+    command->footer(
+        "Examples:\n"
+        "  merl-scan database info                          the built-in database\n"
+        "  merl-scan database info ~/merl/brdfs             what is in it; names every bad file\n"
+        "  merl-scan database write /tmp/abc                the built-in database as files");
+
+    auto* info_command = command->add_subcommand(
+        "info", "Per material: samples, negative samples (not measured), range of values");
+    info_command
+        ->add_option("path", options->path,
+                     "A directory of MERL .binary files, or one file (default: the built-in "
+                     "database)")
+        ->transform(not_empty());
+    info_command->add_flag("--quiet", options->quiet, "No progress");
+    info_command->footer(
+        "Examples:\n"
+        "  merl-scan database info ~/merl/brdfs\n"
+        "  merl-scan database info ~/merl/brdfs/chrome.binary\n"
+        "\n"
+        "A file that cannot be used, that looks like a broken copy, or that has the content of\n"
+        "another is named with the reason, the others are still listed, and the exit status is 3.");
+    info_command->callback([&chosen, options] { chosen = [options] { return info(*options); }; });
+
+    auto* write_command = command->add_subcommand(
+        "write", "Write the built-in database as MERL .binary files (3.3 GiB)");
+    write_command->add_option("directory", options->out, "The directory to make")
+        ->transform(not_empty())
+        ->required();
+    write_command->add_flag("--force", options->force,
+                            "Replace the files of an existing directory");
+    write_command->add_flag("--quiet", options->quiet, "No progress and no summary");
+    write_command->footer(
+        "Examples:\n"
+        "  merl-scan database write /tmp/abc\n"
+        "  merl-scan scan --database /tmp/abc --out results");
+    write_command->callback([&chosen, options] { chosen = [options] { return write(*options); }; });
+}
+
+}  // namespace merl::app

@@ -1,0 +1,374 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "app/cli/exit_status.h"
+#include "app/cli/interrupt.h"
+#include "app/cli/options.h"
+#include "app/cli/progress.h"
+#include "app/cli/terminal.h"
+#include "app/commands/commands.h"
+#include "app/output/describe.h"
+#include "app/output/output_directory.h"
+#include "app/output/votes_json.h"
+#include "app/pages/votes_report.h"
+#include "app/pipeline/scan_database.h"
+#include "engine/base/error.h"
+#include "engine/base/hash.h"
+#include "engine/database/abc_database.h"
+#include "scan/io/csv.h"
+#include "scan/io/input.h"
+#include "scan/statistics/uniform_test.h"
+#include "scan/votes/survey_file.h"
+#include "scan/votes/vote_statistics.h"
+#include "scan/votes/vote_tables.h"
+
+namespace merl::app {
+namespace {
+
+using nlohmann::ordered_json;
+
+struct Options {
+    std::vector<std::string> files;
+    std::string selection;
+    std::string kit;
+    std::vector<std::string> survey;
+    std::string spheres;
+    std::string out = "merl-scan-votes";
+    scan::BootstrapOptions bootstrap{.replicates = 10'000};
+    bool thesis = false;
+    bool force = false;
+    bool quiet = false;
+};
+
+/// What was read.
+struct Inputs {
+    scan::Votes votes;
+    std::vector<scan::SurveyAnswer> survey;
+    std::optional<ScanRecord> scanned;                   // what the selection is of
+    std::map<std::string, std::string> material_hashes;  // of it, or of the kit; may be empty
+    std::vector<std::string> warnings;
+};
+
+/// Throws InputError when the kit shows other materials than those that were scanned, or says in
+/// `inputs` that this cannot be told.
+void compare_with_scan(const scan::VoteKit& kit, Inputs& inputs) {
+    if (!inputs.scanned || !inputs.scanned->has_database()) {
+        return;
+    }
+    const auto& scanned = *inputs.scanned;
+    if (!kit.database_kind.empty() && kit.database_kind != scanned.kind) {
+        throw InputError(
+            fmt::format("{}: its spheres are of a {}, and the scan was of a {}, as {} says: these "
+                        "judges saw other materials",
+                        kit.file, kit.database_kind, scanned.kind, scanned.summary));
+    }
+    if (kit.material_hashes.empty() || scanned.material_hashes.empty()) {
+        inputs.warnings.push_back(fmt::format(
+            "{}: was written before contents were recorded; whether its spheres show what was "
+            "scanned was not checked",
+            kit.material_hashes.empty() ? kit.file : scanned.summary));
+        return;
+    }
+    for (const auto& [material, hash] : kit.material_hashes) {
+        const auto found = scanned.material_hashes.find(material);
+        if (found == scanned.material_hashes.end() || found->second != hash) {
+            throw InputError(
+                fmt::format("{}: the sphere of \"{}\" has other content than what was scanned, as "
+                            "{} says: these judges saw other materials",
+                            kit.file, material, scanned.summary));
+        }
+    }
+}
+
+/// The name of the built-in database if that was judged: whatever is published has to say so.
+std::string stand_in_of(const Inputs& inputs) {
+    return inputs.scanned && inputs.scanned->kind == engine::built_in_kind
+               ? inputs.scanned->source["database"]["name"].get<std::string>()
+               : "";
+}
+
+/// `sources` gets the names and hashes of the files.
+Inputs read_inputs(const Options& options, ordered_json& sources) {
+    Inputs inputs;
+    const auto read = [](const std::string& path, ordered_json& place) {
+        std::string text = scan::read_input(path, scan::max_trials_bytes);
+        place = {{"file", as_utf8(path)}, {"content_hash", hash_of(text)}};
+        return text;
+    };
+    const auto selection =
+        scan::parse_selection(read(options.selection, sources["selection"]), options.selection);
+    const auto selection_hash = sources["selection"]["content_hash"].get<std::string>();
+    std::optional<scan::VoteKit> kit;
+    if (!options.kit.empty()) {
+        kit = scan::parse_vote_kit(read(options.kit, sources["kit"]), options.kit);
+    }
+    auto found = find_scan_record(options.selection, "selection.csv", selection_hash, &selection);
+    inputs.scanned = std::move(found.record);
+    if (inputs.scanned) {
+        inputs.material_hashes = inputs.scanned->material_hashes;
+    }
+    if (kit && !inputs.scanned) {
+        inputs.warnings.push_back(
+            fmt::format("{}: whether the spheres of {} show what was scanned was not checked",
+                        found.why_not, kit->file));
+    }
+    if (kit) {
+        compare_with_scan(*kit, inputs);
+        if (inputs.material_hashes.empty()) {
+            inputs.material_hashes = kit->material_hashes;
+        }
+    }
+    if (!options.spheres.empty() && inputs.material_hashes.empty()) {
+        inputs.warnings.push_back(
+            fmt::format("whether the images of {} show what was judged was not checked: neither a "
+                        "summary beside {} nor a kit has hashes of materials",
+                        options.spheres, options.selection));
+    }
+    std::vector<scan::VoteFile> files;
+    sources["votes"] = ordered_json::array();
+    for (const auto& path : options.files) {
+        ordered_json source;
+        files.push_back(scan::parse_votes(read(path, source), path));
+        sources["votes"].push_back(source);
+        throw_if_interrupted();
+    }
+    inputs.votes = scan::gather_votes(selection, selection_hash, kit ? &*kit : nullptr, files);
+    for (const auto& path : options.survey) {
+        ordered_json source;
+        scan::parse_survey(read(path, source), path, inputs.survey);
+        sources["survey"].push_back(source);
+    }
+    inputs.warnings.insert(inputs.warnings.end(), inputs.votes.warnings.begin(),
+                           inputs.votes.warnings.end());
+    if (const auto repeated = scan::drop_repeated_answers(inputs.survey); repeated > 0) {
+        inputs.warnings.push_back(
+            fmt::format("--survey: {} of the same judge's, in several saves; shown once",
+                        counted(repeated, "answer")));
+    }
+    return inputs;
+}
+
+std::string p_text(double p) {
+    return std::isnan(p) ? "-" : fmt::format("{:.2g}", p);
+}
+
+void print_overall(const std::string& name, const scan::Votes& votes, const scan::OverallVotes& o) {
+    const auto line = [&](const std::string& side, std::size_t option) {
+        print_result(
+            "", fmt::format("{:<24}{:>8}  {}", side, fmt::group_digits(o.sides.votes.at(option)),
+                            estimate_text(o.shares.at(option))));
+    };
+    print_result(name, fmt::format("{} votes, {} missing", fmt::group_digits(o.sides.answered()),
+                                   fmt::group_digits(o.sides.missing)));
+    line(votes.first_metric + " right", 0);
+    line("equal", 1);
+    line(votes.second_metric + " right", 2);
+    print_result("", fmt::format("majorities: {} {}, {} {}", votes.first_metric, o.first_right,
+                                 votes.second_metric, o.second_right));
+    print_result("", fmt::format("overall p {} (judges and materials as clusters); judges {} to "
+                                 "{}, sign test p {}",
+                                 o.lead.too_few.empty() ? p_text(o.p_value) : "[too few]",
+                                 o.judges_first, o.judges_second, p_text(o.judges_p)));
+    if (!o.lead.too_few.empty()) {
+        print_result("", fmt::format("too few for intervals: {}", o.lead.too_few));
+    }
+}
+
+void print_significance(const scan::Votes& votes, const ordered_json& json) {
+    const auto& s = json["significance"];
+    const auto counts = [&](const char* how) {
+        return fmt::format("{} {}, {} {}", votes.second_metric, s[how][1].get<std::uint64_t>(),
+                           votes.first_metric, s[how][0].get<std::uint64_t>());
+    };
+    print_result("significant", fmt::format("of {} configurations at {}, one by one: {}",
+                                            s["configurations"].get<std::uint64_t>(),
+                                            scan::significance, counts("alone")));
+    print_result("", fmt::format("with Holm's correction for all of them: {}", counts("holm")));
+    const auto& fewest = s["fewest_judges_by_equal_votes"];
+    if (!fewest.empty() && fewest[0].is_number()) {
+        print_result("",
+                     fmt::format("which takes {} judges or more who all say the same, {} if one "
+                                 "of them says equal",
+                                 fewest[0].get<std::uint64_t>(), fewest[1].get<std::uint64_t>()));
+    }
+}
+
+void print_judges(const scan::Votes& votes, const scan::VoteStatistics& statistics) {
+    const auto& shown = statistics.bias.shown.votes;
+    print_result("screen sides",
+                 statistics.bias.swapped == 0
+                     ? fmt::format("left {}, equal {}, right {}; sides were not exchanged, so a "
+                                   "side bias cannot be told from the metrics",
+                                   shown[0], shown[1], shown[2])
+                     : fmt::format("left {}, equal {}, right {}; sign test p {}", shown[0],
+                                   shown[1], shown[2], p_text(statistics.bias.p_value)));
+    if (statistics.repeats.answered > 0) {
+        print_result("repeats", fmt::format("{} of {} as the first time, {}; {} the opposite",
+                                            statistics.repeats.passed, statistics.repeats.answered,
+                                            estimate_text(statistics.repeats.share()),
+                                            statistics.repeats.opposite));
+    }
+    if (!statistics.sentinels_known) {
+        print_result("sentinels", "their answers are in kit.json: give it with --kit");
+    } else if (statistics.sentinels.answered > 0) {
+        print_result("sentinels",
+                     fmt::format("{} of {} failed, {} passed",
+                                 statistics.sentinels.answered - statistics.sentinels.passed,
+                                 statistics.sentinels.answered,
+                                 estimate_text(statistics.sentinels.share())));
+    }
+    print_result("agreement",
+                 fmt::format("Krippendorff's alpha {} (ordinal)", estimate_text(statistics.alpha)));
+    if (statistics.times.count > 0) {
+        print_result("response", fmt::format("median {:.1f} s, quartiles {:.1f} and {:.1f} s",
+                                             statistics.times.quartiles[1] / 1000,
+                                             statistics.times.quartiles[0] / 1000,
+                                             statistics.times.quartiles[2] / 1000));
+    }
+    for (std::size_t j = 0; j < votes.judges.size(); ++j) {
+        const auto& judge = statistics.judges[j];
+        if (judge.trials.missing > 0) {
+            print_result("missing", fmt::format("{}: {} of {} trials", votes.judges[j].name,
+                                                judge.trials.missing, votes.trials));
+        }
+    }
+}
+
+void print_summary(const Options& options, const Inputs& inputs,
+                   const scan::VoteStatistics& statistics, const ordered_json& json) {
+    const auto& votes = inputs.votes;
+    print_result("judges", fmt::format("{}, {} trials each{}", votes.judges.size(),
+                                       fmt::group_digits(votes.trials),
+                                       votes.with_kit ? "" : "; not checked against a kit"));
+    if (const auto stand_in = stand_in_of(inputs); !stand_in.empty()) {
+        print_result("database", stand_in);
+    }
+    print_result("metrics", fmt::format("{}, {}", votes.first_metric, votes.second_metric));
+    print_overall("selection", votes, statistics.selection);
+    if (statistics.random) {
+        print_overall("random", votes, *statistics.random);
+    }
+    print_significance(votes, json);
+    print_judges(votes, statistics);
+    print_result("intervals", fmt::format("95 %, {} bootstrap samples, seed {}",
+                                          fmt::group_digits(options.bootstrap.replicates),
+                                          options.bootstrap.seed));
+    print_result("results", options.out + ": open votes.html in a browser");
+}
+
+int print_thesis(const Options& options) {
+    ordered_json sources;
+    const auto inputs = read_inputs(options, sources);
+    std::ranges::for_each(inputs.warnings, print_warning);
+    const auto statistics = scan::vote_statistics(inputs.votes, {.replicates = 0});
+    print_lines(scan::thesis_table(inputs.votes, statistics));
+    return kSuccess;
+}
+
+int run(const Options& options) {
+    if (options.thesis) {
+        return print_thesis(options);
+    }
+    std::vector<std::string> owned = {"configurations.csv", "judges.csv", "judgements.csv",
+                                      "survey.csv",         "votes.html", "summary.json"};
+    std::vector<std::filesystem::path> read = {options.selection, options.kit};
+    read.insert(read.end(), options.files.begin(), options.files.end());
+    read.insert(read.end(), options.survey.begin(), options.survey.end());
+    OutputDirectory out(options.out, options.force, owned, read);
+    ordered_json sources;
+    auto inputs = read_inputs(options, sources);
+    const auto images =
+        sphere_images(inputs.votes, options.spheres, inputs.material_hashes, inputs.warnings);
+    std::ranges::for_each(inputs.warnings, print_warning);
+    const auto statistics = [&] {
+        Progress progress("bootstrap", options.quiet);
+        return scan::vote_statistics(inputs.votes, options.bootstrap,
+                                     [&](double share) { progress.update(share); });
+    }();
+    throw_if_interrupted();
+    ordered_json summary = program_json();
+    summary.update(sources);
+    summary["warnings"] = texts_json(inputs.warnings);
+    summary["kit_hash"] = as_utf8(inputs.votes.kit_hash);
+    summary["bootstrap"] = {{"replicates", options.bootstrap.replicates},
+                            {"seed", options.bootstrap.seed},
+                            {"interval", "percentile, 95 %"}};
+    summary["figures"] = votes_json(inputs.votes, statistics);
+    ordered_json shown = summary;
+    shown["stand_in"] = stand_in_of(inputs);
+    const std::string report = votes_report(shown, inputs.survey, images);
+    if (inputs.scanned) {  // after the page is made: where the database is concerns nobody else
+        summary.update(inputs.scanned->source);
+    }
+    out.write("configurations.csv",
+              [&](int file) { scan::write_configuration_votes(file, inputs.votes, statistics); });
+    out.write("judges.csv",
+              [&](int file) { scan::write_judge_votes(file, inputs.votes, statistics); });
+    out.write("judgements.csv",
+              [&](int file) { scan::write_judgements(file, inputs.votes, statistics); });
+    summary["files"] = {{"judgements.csv", content_hash_of_file(out.path("judgements.csv"))}};
+    out.write("survey.csv", [&](int file) { scan::write_survey(file, inputs.survey); });
+    out.write("votes.html", [&](int file) { scan::write_all(file, report); });
+    out.write("summary.json", [&](int file) { scan::write_all(file, json_text(summary)); });
+    throw_if_interrupted();
+    out.commit();
+    if (!options.quiet) {
+        print_summary(options, inputs, statistics, summary["figures"]);
+    }
+    return kSuccess;
+}
+
+}  // namespace
+
+void add_votes(CLI::App& program, Command& chosen) {
+    auto options = std::make_shared<Options>();
+    auto* command = program.add_subcommand("votes", "What the votes of judges prove");
+    command
+        ->add_option("files", options->files, "The votes that the kit's page saved, a file a judge")
+        ->required()
+        ->transform(not_empty());
+    command->add_option("--selection", options->selection, "The selection.csv that was judged")
+        ->required()
+        ->transform(not_empty());
+    command
+        ->add_option(
+            "--kit", options->kit,
+            "kit.json of the kit: what every judge was to be shown, and what the answers to "
+            "sentinels are")
+        ->transform(not_empty());
+    command
+        ->add_option("--survey", options->survey,
+                     "The survey answers that the page saved, a file a judge")
+        ->transform(not_empty());
+    command
+        ->add_option("--spheres", options->spheres,
+                     "A directory of sphere images, MATERIAL.png, to show in the report")
+        ->transform(not_empty());
+    auto* out = add_output_options(*command, options->out, options->force);
+    command
+        ->add_flag("--thesis", options->thesis, "Print the table of the thesis and write nothing")
+        ->excludes(out);
+    add_bootstrap_options(*command, options->bootstrap);
+    command->add_flag("--quiet", options->quiet, "No summary");
+    command->footer(
+        "Writes configurations.csv, judges.csv, judgements.csv (for score --judgements), "
+        "survey.csv,\n"
+        "votes.html and summary.json (docs/experiment.md).\n"
+        "\n"
+        "Examples:\n"
+        "  merl-scan votes kit-votes/votes-*.csv --selection results/selection.csv --kit "
+        "kit/kit.json\n"
+        "  merl-scan votes kit-votes/votes-*.csv --selection results/selection.csv --thesis");
+    command->callback([&chosen, options] { chosen = [options] { return run(*options); }; });
+}
+
+}  // namespace merl::app

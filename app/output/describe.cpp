@@ -1,0 +1,111 @@
+#include "app/output/describe.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "app/cli/terminal.h"
+#include "app/cli/version.h"
+#include "engine/base/file.h"
+#include "engine/base/hash.h"
+#include "scan/io/json_format.h"
+#include "scan/pairs/pairs.h"
+
+namespace merl::app {
+namespace {
+
+scan::Pair pair_of(const std::vector<std::string>& names, std::uint32_t index) {
+    return scan::pair_at(index, static_cast<std::uint32_t>(names.size()));
+}
+
+}  // namespace
+
+std::string counted(std::uint64_t number, std::string_view noun) {
+    return fmt::format("{} {}{}", fmt::group_digits(number), noun, number == 1 ? "" : "s");
+}
+
+std::string pair_text(const std::vector<std::string>& names, std::uint32_t index) {
+    const auto pair = pair_of(names, index);
+    return fmt::format("{} | {}", names[pair.first], names[pair.second]);
+}
+
+nlohmann::ordered_json configuration_json(const std::vector<std::string>& names,
+                                          const scan::Configuration& configuration) {
+    const auto pair = [&](std::uint32_t index) -> nlohmann::ordered_json {
+        const auto p = pair_of(names, index);
+        return {as_utf8(names[p.first]), as_utf8(names[p.second])};
+    };
+    return {{"left", pair(configuration.left)},
+            {"right", pair(configuration.right)},
+            {"agreement", configuration.agreement}};
+}
+
+nlohmann::ordered_json counts_json(const scan::Counts& counts) {
+    return {{"concordant", counts.concordant()},
+            {"discordant", counts.discordant},
+            {"tied_in_first_only", counts.tied_first_only},
+            {"tied_in_second_only", counts.tied_second_only},
+            {"tied_in_both", counts.tied_both}};
+}
+
+std::string counted_by(bool streamed) {
+    return streamed ? "streaming and inversions" : "inversions";
+}
+
+nlohmann::ordered_json figure_json(double value) {
+    if (std::isnan(value)) {
+        return nullptr;
+    }
+    return std::isinf(value) ? nlohmann::ordered_json(value > 0 ? "inf" : "-inf")
+                             : nlohmann::ordered_json(value);
+}
+
+nlohmann::ordered_json estimate_json(const scan::Estimate& estimate) {
+    nlohmann::ordered_json json = {{"value", figure_json(estimate.value)},
+                                   {"low", figure_json(estimate.interval.low)},
+                                   {"high", figure_json(estimate.interval.high)}};
+    if (!estimate.too_few.empty()) {
+        json["too_few"] = estimate.too_few;
+    }
+    return json;
+}
+
+std::string estimate_text(const scan::Estimate& estimate) {
+    const auto& [low, high] = estimate.interval;
+    return std::isnan(estimate.value) ? "-"
+           : std::isnan(low)          ? fmt::format("{:.3f} [too few]", estimate.value)
+                             : fmt::format("{:.3f} [{:.3f}, {:.3f}]", estimate.value, low, high);
+}
+
+std::string content_hash_of_file(const std::filesystem::path& path) {
+    constexpr std::uint64_t kPart = std::uint64_t{1} << 20U;
+    const File file(path);
+    Hash hash;
+    std::vector<std::byte> bytes;
+    for (std::uint64_t at = 0; at < file.bytes(); at += bytes.size()) {
+        bytes.resize(std::min(kPart, file.bytes() - at));
+        file.read(at, bytes);
+        hash.update(bytes);
+    }
+    return hash.hexadecimal();
+}
+
+nlohmann::ordered_json program_json() {
+    return {{"format", scan::json_format},
+            {"program", {{"name", "merl-scan"}, {"version", kVersion}}}};
+}
+
+nlohmann::ordered_json texts_json(const std::vector<std::string>& texts) {
+    auto array = nlohmann::ordered_json::array();
+    for (const auto& text : texts) {
+        array.push_back(as_utf8(text));
+    }
+    return array;
+}
+
+std::string json_text(const nlohmann::ordered_json& json) {
+    return json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
+}
+
+}  // namespace merl::app

@@ -1,0 +1,128 @@
+#include "app/output/votes_json.h"
+
+#include <array>
+#include <string>
+
+#include "app/cli/terminal.h"
+#include "app/output/describe.h"
+#include "scan/statistics/uniform_test.h"
+
+namespace merl::app {
+namespace {
+
+using nlohmann::ordered_json;
+
+ordered_json times(const scan::ResponseTimes& t) {
+    return {
+        {"count", t.count},
+        {"quartiles",
+         {figure_json(t.quartiles[0]), figure_json(t.quartiles[1]), figure_json(t.quartiles[2])}}};
+}
+
+ordered_json bias(const scan::SideBias& b) {
+    return {{"left", b.shown.votes[0]},
+            {"equal", b.shown.votes[1]},
+            {"right", b.shown.votes[2]},
+            {"swapped", b.swapped},
+            {"p_value", figure_json(b.p_value)}};
+}
+
+ordered_json checks(const scan::Checks& c) {
+    return {{"answered", c.answered},
+            {"passed", c.passed},
+            {"opposite", c.opposite},
+            {"share", estimate_json(c.share())}};
+}
+
+ordered_json materials(const scan::FourMaterials& m) {
+    return {{"left", {as_utf8(m[0]), as_utf8(m[1])}}, {"right", {as_utf8(m[2]), as_utf8(m[3])}}};
+}
+
+ordered_json overall(const scan::OverallVotes& o) {
+    return {{"votes", o.sides.votes},
+            {"missing", o.sides.missing},
+            {"shares",
+             {estimate_json(o.shares[0]), estimate_json(o.shares[1]), estimate_json(o.shares[2])}},
+            {"lead", estimate_json(o.lead)},
+            {"p_value", figure_json(o.p_value)},
+            {"too_few", o.lead.too_few.empty() ? ordered_json() : ordered_json(o.lead.too_few)},
+            {"judges", {o.judges_first, o.judges_second}},
+            {"judges_p", figure_json(o.judges_p)},
+            {"majorities", {o.first_right, o.second_right}}};
+}
+
+ordered_json configuration(const scan::Votes& votes, const scan::ConfigurationVotes& row) {
+    const auto& c = votes.configurations[row.configuration];
+    ordered_json json = {{"configuration", c.number}, {"kind", scan::kind_name(c.kind)}};
+    json.update(materials(c.materials));
+    json.update(
+        ordered_json{{"agreement", c.agreement ? ordered_json(*c.agreement) : ordered_json()},
+                     {"votes", row.sides.votes},
+                     {"missing", row.sides.missing},
+                     {"p_first", figure_json(row.p_first)},
+                     {"p_first_holm", figure_json(row.p_first_holm)},
+                     {"p_second", figure_json(row.p_second)},
+                     {"p_second_holm", figure_json(row.p_second_holm)}});
+    return json;
+}
+
+/// How many configurations are significant, and from how many judges on any can be.
+ordered_json significance(const scan::Votes& votes, const scan::VoteStatistics& statistics) {
+    std::array<std::uint64_t, 2> alone{};
+    std::array<std::uint64_t, 2> holm{};
+    std::uint64_t family = 0;
+    for (const auto& row : statistics.configurations) {
+        if (votes.configurations[row.configuration].kind == scan::TrialKind::selection) {
+            ++family;
+            alone[0] += row.p_first <= scan::significance ? 1 : 0;
+            alone[1] += row.p_second <= scan::significance ? 1 : 0;
+            holm[0] += row.p_first_holm <= scan::significance ? 1 : 0;
+            holm[1] += row.p_second_holm <= scan::significance ? 1 : 0;
+        }
+    }
+    ordered_json judges = ordered_json::array();
+    for (std::uint32_t equal = 0; equal <= 2 && family > 0; ++equal) {
+        const auto fewest = scan::fewest_judges(scan::significance, family, equal);
+        judges.push_back(fewest ? ordered_json(*fewest) : ordered_json());
+    }
+    return {{"level", scan::significance},
+            {"configurations", family},
+            {"alone", alone},
+            {"holm", holm},
+            {"fewest_judges_by_equal_votes", judges}};
+}
+
+ordered_json judge(const scan::Judge& who, const scan::JudgeVotes& j) {
+    return {{"judge", as_utf8(who.name)},       {"file", as_utf8(who.file)},
+            {"missing", j.trials.missing},      {"votes", j.sides.votes},
+            {"side_bias", bias(j.bias)},        {"repeats", checks(j.repeats)},
+            {"sentinels", checks(j.sentinels)}, {"response_ms", times(j.times)}};
+}
+
+}  // namespace
+
+ordered_json votes_json(const scan::Votes& votes, const scan::VoteStatistics& statistics) {
+    ordered_json configurations = ordered_json::array();
+    for (const auto& row : statistics.configurations) {
+        configurations.push_back(configuration(votes, row));
+    }
+    ordered_json judges = ordered_json::array();
+    for (std::size_t j = 0; j < votes.judges.size(); ++j) {
+        judges.push_back(judge(votes.judges[j], statistics.judges[j]));
+    }
+    return {
+        {"metrics", {as_utf8(votes.first_metric), as_utf8(votes.second_metric)}},
+        {"trials", votes.trials},
+        {"selection", overall(statistics.selection)},
+        {"random", statistics.random ? overall(*statistics.random) : ordered_json()},
+        {"significance", significance(votes, statistics)},
+        {"krippendorff_alpha", estimate_json(statistics.alpha)},
+        {"side_bias", bias(statistics.bias)},
+        {"repeats", checks(statistics.repeats)},
+        {"sentinels", statistics.sentinels_known ? checks(statistics.sentinels) : ordered_json()},
+        {"response_ms", times(statistics.times)},
+        {"judges", judges},
+        {"configurations", configurations}};
+}
+
+}  // namespace merl::app

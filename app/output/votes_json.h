@@ -1,0 +1,12 @@
+#pragma once
+
+#include <nlohmann/json.hpp>
+
+#include "scan/votes/vote_statistics.h"
+
+namespace merl::app {
+
+/// All figures of the votes, as summary.json has them (docs/file-formats.md).
+nlohmann::ordered_json votes_json(const scan::Votes& votes, const scan::VoteStatistics& statistics);
+
+}  // namespace merl::app

@@ -1,0 +1,110 @@
+#include "app/pages/compare_page.h"
+
+#include <fmt/format.h>
+
+#include <charconv>
+#include <cstdint>
+#include <nlohmann/json.hpp>
+#include <random>
+#include <vector>
+
+#include "app/cli/terminal.h"
+#include "app/cli/version.h"
+#include "app/pages/compare_page_html.h"
+#include "app/pages/page.h"
+
+namespace merl::app {
+namespace {
+
+using nlohmann::ordered_json;
+
+/// `count` of the pairs 0 to `pairs` - 1, ascending, the same ones every time (D. E. Knuth, TAOCP
+/// 2, 3.4.2, algorithm S).
+std::vector<std::uint32_t> draw_lots(std::uint64_t pairs, std::uint64_t count) {
+    std::mt19937_64 random(1);
+    std::vector<std::uint32_t> drawn;
+    drawn.reserve(count);
+    for (std::uint64_t pair = 0; pair < pairs; ++pair) {
+        if (random() % (pairs - pair) < count - drawn.size()) {
+            drawn.push_back(static_cast<std::uint32_t>(pair));
+        }
+    }
+    return drawn;
+}
+
+/// Six digits are more than a plot shows.
+double shortened(double value) {
+    const std::string text = fmt::format("{:.6g}", value);
+    double result = value;  // what it stays if rounding up took it beyond the largest double
+    std::from_chars(text.data(), text.data() + text.size(), result);
+    return result;
+}
+
+ordered_json comparison_json(const scan::DistanceTable& table, const scan::Comparison& c) {
+    ordered_json strongest = ordered_json::array();
+    const auto side = [&](std::uint32_t index) -> ordered_json {
+        const auto pair = scan::pair_at(index, table.materials());
+        return {{"pair", {pair.first, pair.second}},
+                {"first", table.metrics[c.first].values[index]},
+                {"second", table.metrics[c.second].values[index]}};
+    };
+    for (const auto& found : c.strongest) {
+        strongest.push_back({{"left", side(found.left)},
+                             {"right", side(found.right)},
+                             {"agreement", found.agreement}});
+    }
+    return {{"first", c.first},
+            {"second", c.second},
+            {"disagreements", c.counts.disagreements()},
+            {"rate", c.counts.disagreement_rate()},
+            {"tau_b", c.tau_b ? ordered_json(*c.tau_b) : ordered_json()},
+            {"undecided", c.undecided ? ordered_json(*c.undecided) : ordered_json()},
+            {"strongest", strongest}};
+}
+
+ordered_json page_data(const ObtainedDistances& obtained, const scan::ComparisonResult& compared) {
+    const auto& table = obtained.table;
+    ordered_json facts = ordered_json::array();
+    for (const auto& lines : {obtained.source_lines, obtained.device_lines}) {
+        for (const auto& [name, text] : lines) {
+            facts.push_back({name, printable(text)});
+        }
+    }
+    ordered_json materials = ordered_json::array();
+    for (const auto& name : table.names) {
+        materials.push_back(printable(name));
+    }
+    const bool all = table.pairs() <= kPairsOnPage;
+    const auto shown = draw_lots(table.pairs(), all ? table.pairs() : kPairsOnPage);
+    ordered_json values = ordered_json::array();
+    for (const auto& column : table.metrics) {
+        std::vector<double> numbers;
+        numbers.reserve(shown.size());
+        for (const auto pair : shown) {
+            numbers.push_back(shortened(column.values[pair]));
+        }
+        values.push_back(numbers);
+    }
+    ordered_json comparisons = ordered_json::array();
+    for (const auto& comparison : compared.comparisons) {
+        comparisons.push_back(comparison_json(table, comparison));
+    }
+    return {{"version", kVersion},
+            {"facts", facts},
+            {"metrics", obtained.described_metrics},
+            {"materials", materials},
+            {"pairs", table.pairs()},
+            {"configurations", scan::configuration_count(table.pairs())},
+            {"shown", all ? ordered_json() : ordered_json(shown)},
+            {"values", values},
+            {"comparisons", comparisons}};
+}
+
+}  // namespace
+
+std::string compare_page(const ObtainedDistances& obtained,
+                         const scan::ComparisonResult& compared) {
+    return filled_in(kComparePage, "%DATA%", script_json(page_data(obtained, compared)));
+}
+
+}  // namespace merl::app

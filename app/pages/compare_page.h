@@ -1,0 +1,17 @@
+#pragma once
+
+#include <string>
+
+#include "app/pipeline/obtain_distances.h"
+#include "scan/select/compare.h"
+
+namespace merl::app {
+
+/// So many pairs are drawn on the page; of more, so many are drawn by lot.
+inline constexpr std::size_t kPairsOnPage = 10000;
+
+/// compare.html: one page that needs no other file and no network, with the heat map of all metric
+/// pairs, the scatter plot of any two metrics, and what is known of each metric.
+std::string compare_page(const ObtainedDistances& obtained, const scan::ComparisonResult& compared);
+
+}  // namespace merl::app

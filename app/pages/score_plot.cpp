@@ -1,0 +1,250 @@
+#include "app/pages/score_plot.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numeric>
+#include <optional>
+#include <string_view>
+#include <vector>
+
+#include "app/cli/terminal.h"
+#include "app/pages/page.h"
+
+namespace merl::app {
+namespace {
+
+constexpr double kRow = 26;     // height of a metric
+constexpr double kTop = 116;    // above the first
+constexpr double kBottom = 58;  // below the last
+constexpr double kPanel = 220;  // width of a scale
+constexpr double kFigure = 58;  // width of the figures beside it
+constexpr double kGap = 26;     // between panels
+constexpr double kMargin = 24;
+constexpr double kCharacter = 7;      // about the width of one in a label
+constexpr std::size_t kLongest = 36;  // characters of a label
+
+/// One figure of every metric, on a scale.
+struct Panel {
+    std::string title;
+    scan::Estimate scan::MetricScore::*figure;
+    double chance;
+    std::optional<double> ceiling;
+};
+
+std::size_t characters(std::string_view utf8) {
+    return static_cast<std::size_t>(
+        std::ranges::count_if(utf8, [](char c) { return (c & '\xc0') != '\x80'; }));
+}
+
+/// The first `most` characters, the last of them an ellipsis when some are missing.
+std::string shortened(const std::string& utf8, std::size_t most) {
+    if (characters(utf8) <= most) {
+        return utf8;
+    }
+    std::string text;
+    std::size_t taken = 0;
+    for (const char c : utf8) {
+        taken += (c & '\xc0') != '\x80' ? 1 : 0;
+        if (taken == most) {
+            break;
+        }
+        text += c;
+    }
+    return text + "…";
+}
+
+/// A number as print has it.
+std::string number(double value, int decimals) {
+    const std::string digits = fmt::format("{:.{}f}", std::abs(value), decimals);
+    return (value < 0 ? "−" : "") + digits;
+}
+
+/// Where numbers are on a panel, and which of them have a tick.
+class Scale {
+  public:
+    Scale(double low, double high) : low_(low), high_(high) {
+        const double margin = std::max(0.04 * (high - low), 1e-6);
+        low_ -= margin;
+        high_ += margin;
+        const double rough = (high_ - low_) / 4;
+        const double power = std::pow(10.0, std::floor(std::log10(rough)));
+        const double digit = rough / power;
+        step_ = power * (digit > 7 ? 10 : digit > 3.5 ? 5 : digit > 1.5 ? 2 : 1);
+    }
+
+    double at(double value) const {
+        return kPanel * (std::clamp(value, low_, high_) - low_) / (high_ - low_);
+    }
+
+    std::vector<double> ticks() const {
+        std::vector<double> ticks;
+        for (double k = std::ceil(low_ / step_); k * step_ <= high_; ++k) {
+            ticks.push_back(k * step_ + 0.0);
+        }
+        return ticks;
+    }
+
+    int decimals() const {
+        return std::clamp(static_cast<int>(-std::floor(std::log10(step_))), 0, 9);
+    }
+
+  private:
+    double low_;
+    double high_;
+    double step_;
+};
+
+Scale scale_of(const scan::Score& score, const Panel& panel) {
+    double low = panel.chance;
+    double high = panel.ceiling.value_or(panel.chance);
+    for (const auto& metric : score.metrics) {
+        const auto& [value, interval, too_few] = metric.*panel.figure;
+        for (const double x : {value, interval.low, interval.high}) {
+            if (std::isfinite(x)) {
+                low = std::min(low, x);
+                high = std::max(high, x);
+            }
+        }
+    }
+    return {low, high};
+}
+
+/// A vertical line over all rows, with its name above.
+std::string marker(double x, double height, std::string_view name, std::string_view style,
+                   std::string_view anchor) {
+    return fmt::format(
+        "<line class=\"{}\" x1=\"{:.1f}\" x2=\"{:.1f}\" y1=\"-8\" y2=\"{:.1f}\"/>\n"
+        "<text class=\"note\" x=\"{:.1f}\" y=\"-13\" text-anchor=\"{}\">{}</text>\n",
+        style, x, x, height, x, anchor, name);
+}
+
+std::string panel_svg(const scan::Score& score, const std::vector<std::size_t>& order,
+                      const Panel& panel, double left) {
+    const Scale scale = scale_of(score, panel);
+    const double height = kRow * static_cast<double>(order.size());
+    std::string svg = fmt::format("<g transform=\"translate({:.1f} {:.1f})\">\n", left, kTop);
+    svg += fmt::format("<text class=\"head\" x=\"0\" y=\"-32\">{}</text>\n", panel.title);
+    for (const double tick : scale.ticks()) {
+        svg += fmt::format(
+            "<line class=\"grid\" x1=\"{0:.1f}\" x2=\"{0:.1f}\" y1=\"0\" y2=\"{1:.1f}\"/>"
+            "<text class=\"note\" x=\"{0:.1f}\" y=\"{2:.1f}\" text-anchor=\"middle\">{3}"
+            "</text>\n",
+            scale.at(tick), height, height + 18, number(tick, scale.decimals()));
+    }
+    const double chance = scale.at(panel.chance);
+    svg += marker(chance, height, "chance", "chance", chance < kPanel / 2 ? "start" : "end");
+    if (panel.ceiling) {
+        svg += marker(scale.at(*panel.ceiling), height, "ceiling", "ceiling", "end");
+    }
+    for (std::size_t row = 0; row < order.size(); ++row) {
+        const auto& [value, interval, too_few] = score.metrics[order[row]].*panel.figure;
+        const double y = kRow * (static_cast<double>(row) + 0.5);
+        if (!std::isnan(interval.low)) {
+            svg += fmt::format(
+                "<line class=\"interval\" x1=\"{:.1f}\" x2=\"{:.1f}\" y1=\"{:.1f}\" "
+                "y2=\"{:.1f}\"/>",
+                scale.at(interval.low), scale.at(interval.high), y, y);
+        }
+        if (!std::isnan(value)) {
+            svg += fmt::format(
+                "<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"4.5\"/>"
+                "<text class=\"figure\" x=\"{:.1f}\" y=\"{:.1f}\" "
+                "text-anchor=\"end\">{}</text>\n",
+                scale.at(value), y, kPanel + kFigure - 4, y + 4, number(value, 3));
+        }
+    }
+    return svg + "</g>\n";
+}
+
+constexpr const char* kStyle = R"(<style>
+text { font-family: system-ui, -apple-system, "Segoe UI", "DejaVu Sans", sans-serif; font-size: 13px; fill: #1b1f24 }
+.title { font-size: 18px; font-weight: 600 }
+.head { font-weight: 600 }
+.note, .subtitle { font-size: 12px; fill: #57606a }
+.figure { font-variant-numeric: tabular-nums }
+.stripe { fill: #f4f6f8 }
+.grid { stroke: #d8dee4; stroke-width: 1 }
+.chance { stroke: #57606a; stroke-width: 1.5; stroke-dasharray: 4 3 }
+.ceiling { stroke: #b35900; stroke-width: 1.5 }
+.interval { stroke: #0550ae; stroke-width: 2.5; stroke-opacity: .45; stroke-linecap: round }
+circle { fill: #0550ae }
+</style>
+)";
+
+}  // namespace
+
+std::vector<std::size_t> best_first(const scan::Score& score) {
+    std::vector<std::size_t> order(score.metrics.size());
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    const auto share = [&](std::size_t metric) {
+        const double value = score.metrics[metric].majorities.value;
+        return std::isnan(value) ? -1 : value;
+    };
+    std::ranges::stable_sort(order, std::ranges::greater(), share);
+    return order;
+}
+
+std::string score_svg(const scan::Score& score, const std::string& subtitle) {
+    const auto order = best_first(score);
+    const std::array<Panel, 3> panels = {
+        {{"Majorities predicted", &scan::MetricScore::majorities, 0.5, std::nullopt},
+         {"Votes predicted", &scan::MetricScore::votes, 0.5, score.ceiling.value},
+         {"Log-likelihood per vote", &scan::MetricScore::log_likelihood, std::log(0.5),
+          score.ceiling_log_likelihood.value}}};
+    std::size_t longest = 8;
+    for (const auto& metric : score.metrics) {
+        longest = std::max(longest, std::min(characters(printable(metric.name)), kLongest));
+    }
+    const double labels = kMargin + kCharacter * static_cast<double>(longest) + 18;
+    const double width = labels + 3 * (kPanel + kFigure) + 2 * kGap + kMargin;
+    const bool opposed = std::ranges::any_of(
+        score.metrics, [](const auto& metric) { return metric.slope.value < 0; });
+    const double height =
+        kTop + kRow * static_cast<double>(order.size()) + kBottom + (opposed ? 18 : 0);
+
+    std::string svg = fmt::format(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" role=\"img\" width=\"{0:.0f}\" "
+        "height=\"{1:.0f}\" viewBox=\"0 0 {0:.0f} {1:.0f}\" "
+        "style=\"max-width:100%;height:auto\">\n"
+        "<title>How well metrics predict people</title>\n{2}"
+        "<rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>\n"
+        "<text class=\"title\" x=\"{3}\" y=\"34\">How well metrics predict people</text>\n"
+        "<text class=\"subtitle\" x=\"{3}\" y=\"56\">{4}</text>\n",
+        width, height, kStyle, kMargin, markup_text(printable(subtitle)));
+    for (std::size_t row = 0; row < order.size(); ++row) {
+        const std::string& name = score.metrics[order[row]].name;
+        const double y = kTop + kRow * static_cast<double>(row);
+        if (row % 2 == 0) {
+            svg += fmt::format(
+                R"(<rect class="stripe" x="{:.1f}" y="{:.1f}" width="{:.1f}" height="{}"/>)",
+                kMargin - 8, y, width - 2 * kMargin + 16, kRow);
+        }
+        svg += fmt::format("<text x=\"{}\" y=\"{:.1f}\">{}<title>{}</title></text>\n", kMargin,
+                           y + kRow / 2 + 4.5, markup_text(shortened(printable(name), kLongest)),
+                           markup_text(printable(name)));
+    }
+    double left = labels;
+    for (const auto& panel : panels) {
+        svg += panel_svg(score, order, panel, left);
+        left += kPanel + kFigure + kGap;
+    }
+    svg += fmt::format(
+        "<text class=\"note\" x=\"{}\" y=\"{:.1f}\">Dots are the judgements as they are, bars 95 % "
+        "bootstrap intervals over clusters. The ceiling is what the votes themselves "
+        "allow.</text>\n",
+        kMargin, height - (opposed ? 34 : 16));
+    if (opposed) {
+        svg += fmt::format(
+            "<text class=\"note\" x=\"{}\" y=\"{:.1f}\">Where the slope is below 0 the likelihood "
+            "is "
+            "that of the opposite of the metric.</text>\n",
+            kMargin, height - 16);
+    }
+    svg += "</svg>\n";
+    return svg;
+}
+
+}  // namespace merl::app

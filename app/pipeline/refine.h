@@ -1,0 +1,42 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <vector>
+
+#include "engine/database/database.h"
+#include "engine/metric/metric.h"
+#include "scan/pairs/distance_table.h"
+#include "scan/pairs/pairs.h"
+#include "scan/score/judgements.h"
+
+namespace merl::app {
+
+/// What refining took.
+struct Refined {
+    std::uint64_t first = 0;  // distances recomputed under the first metric
+    std::uint64_t second = 0;
+};
+
+/// Replaces, in float64, every distance on which a sign of a configuration or the selection rests
+/// and which its bound leaves open, until nothing is left open: then the count of disagreements and
+/// the selection are those of float64 (scan/select/undecided.h). Samples stay within `memory_bytes`
+/// (reference.h). `progress` may throw.
+Refined refine(scan::Distances& distances, const engine::Database& database,
+               const std::array<const engine::Metric*, 2>& metrics, std::uint32_t select,
+               std::uint32_t per_material, std::uint64_t memory_bytes,
+               const std::function<void(double)>& progress);
+
+/// Replaces, in float64, every distance that leaves the order of a judgement's two pairs open,
+/// under each metric that has a bound and a float64 twin: then what these predict is what float64
+/// predicts. Returns how many distances were replaced, by metric. Memory and `progress` as above.
+std::vector<std::uint64_t> refine_judged(scan::DistanceTable& table,
+                                         const scan::Judgements& judgements,
+                                         const engine::Database& database,
+                                         std::span<const engine::Metric* const> metrics,
+                                         std::uint64_t memory_bytes,
+                                         const std::function<void(double)>& progress);
+
+}  // namespace merl::app

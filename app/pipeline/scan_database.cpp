@@ -1,0 +1,196 @@
+#include "app/pipeline/scan_database.h"
+
+#include <fmt/format.h>
+
+#include <filesystem>
+
+#include "app/cli/progress.h"
+#include "app/cli/terminal.h"
+#include "app/commands/commands.h"
+#include "engine/base/error.h"
+#include "engine/database/abc_database.h"
+#include "engine/distance/parts/slab_reader.h"
+#include "scan/io/input.h"
+#include "scan/io/json_format.h"
+
+namespace merl::app {
+namespace {
+
+using nlohmann::ordered_json;
+
+/// A text of an object; empty if there is none.
+std::string text_of(const ordered_json& object, const char* key) {
+    const auto found = object.find(key);
+    return found != object.end() && found->is_string() ? found->get<std::string>() : "";
+}
+
+/// The texts of an object in an object, by key; none if there is none.
+std::map<std::string, std::string> texts_of(const ordered_json& object, const char* key) {
+    std::map<std::string, std::string> texts;
+    const auto found = object.find(key);
+    if (found != object.end() && found->is_object()) {
+        for (const auto& [name, text] : found->items()) {
+            if (text.is_string()) {
+                texts[from_utf8(name)] = text.get<std::string>();
+            }
+        }
+    }
+    return texts;
+}
+
+ScanRecord record_of(const ordered_json& json, const std::string& summary) {
+    ScanRecord record;
+    record.summary = summary;
+    record.files = texts_of(json, "files");
+    for (const char* const key : {"database", "distances"}) {
+        if (json.contains(key) && json[key].is_object()) {
+            record.source[key] = json[key];
+        }
+    }
+    if (record.source.contains("database")) {
+        const auto& database = record.source["database"];
+        record.kind = text_of(database, "kind");
+        record.content_hash = text_of(database, "content_hash");
+        record.material_hashes = texts_of(database, "material_hashes");
+        if (record.kind != engine::built_in_kind) {
+            // Older summaries have the path as it was given, which is the name.
+            record.path = from_utf8(text_of(database, database.contains("path") ? "path" : "name"));
+        }
+    }
+    return record;
+}
+
+/// Whether a summary without hashes of files may be that of a selection.
+bool counts_the_same(const ordered_json& json, const scan::SelectionFile& selection) {
+    const auto& configurations = selection.configurations;
+    const ordered_json metrics = {as_utf8(selection.first_metric),
+                                  as_utf8(selection.second_metric)};
+    const ordered_json expected = {
+        {"configurations", configurations.size()},
+        {"agreement_range", {configurations.front().agreement, configurations.back().agreement}}};
+    return json.contains("metrics") && json["metrics"] == metrics && json.contains("selection") &&
+           json["selection"] == expected;
+}
+
+}  // namespace
+
+FoundRecord find_scan_record(const std::string& file, const std::string& name,
+                             const std::string& hash, const scan::SelectionFile* selection) {
+    const auto path = std::filesystem::path(file).replace_filename("summary.json");
+    const std::string summary = path.string();
+    if (!std::filesystem::exists(path)) {
+        return {std::nullopt,
+                fmt::format("{} is missing{}", summary, scan::stopped_run_beside(summary))};
+    }
+    std::string text;
+    try {
+        text = scan::read_input(summary);
+    } catch (const InputError& error) {
+        return {std::nullopt, error.what()};
+    }
+    const auto json = ordered_json::parse(text, nullptr, false);
+    if (!json.is_object() || !json.contains("program")) {
+        return {std::nullopt, fmt::format("{} is no summary of merl-scan", summary)};
+    }
+    scan::expect_known_format(json, summary);
+    auto record = record_of(json, summary);
+    const auto known = record.files.find(name);
+    const bool is_of_file =
+        known != record.files.end()
+            ? known->second == hash
+            : record.files.empty() && selection != nullptr && counts_the_same(json, *selection);
+    if (!is_of_file) {
+        return {std::nullopt,
+                fmt::format("{} is not of this {}, which is another or was edited", summary, name),
+                true};
+    }
+    return {std::move(record), ""};
+}
+
+std::string database_option(const ScanRecord& record) {
+    if (!record.has_database()) {
+        throw InputError(
+            record.source.contains("distances")
+                ? fmt::format("{}: the scan was of distances from a table, {}, not of a database; "
+                              "--database names that of the materials",
+                              record.summary, text_of(record.source["distances"], "file"))
+                : fmt::format("{} does not say which database was scanned; --database names it",
+                              record.summary));
+    }
+    if (record.kind == engine::built_in_kind) {
+        return kBuiltIn;
+    }
+    std::error_code ignored;
+    if (!std::filesystem::is_directory(record.path, ignored)) {
+        throw InputError(
+            fmt::format("{}: the database of the scan, which {} names, is not there any more; "
+                        "--database says where it is now",
+                        record.path, record.summary));
+    }
+    // From the same working directory it is called as it was.
+    const auto name = from_utf8(text_of(record.source["database"], "name"));
+    return std::filesystem::absolute(name).lexically_normal() == record.path ? name : record.path;
+}
+
+ScannedDatabase::ScannedDatabase(const FoundRecord& found, const std::string& selection,
+                                 const std::string& option, bool quiet)
+    : record_(found.record) {
+    if (!record_ && option.empty()) {
+        throw InputError(
+            fmt::format("{}, so nothing says which database {} is of; --database names it: a "
+                        "directory, or {}",
+                        found.why_not, selection, kBuiltIn));
+    }
+    database_ = open_database(option.empty() ? database_option(*record_) : option);
+    if (!record_) {
+        warnings_.push_back(fmt::format("{}: whether {} is what was scanned was not checked",
+                                        found.why_not, database_->name()));
+        return;
+    }
+    if (!record_->has_database()) {
+        warnings_.push_back(
+            fmt::format("{} names no database: whether {} is what was scanned was "
+                        "not checked",
+                        record_->summary, database_->name()));
+        return;
+    }
+    checked_ = true;
+    if (!record_->material_hashes.empty()) {
+        return;
+    }
+    Progress progress("checking", quiet);
+    if (engine::content_hash_of(*database_, [&](double share) { progress.update(share); }) !=
+        record_->content_hash) {
+        throw InputError(fmt::format("{}: the content is not what was scanned, which {} names: {}",
+                                     database_->name(), record_->summary,
+                                     text_of(record_->source["database"], "name")));
+    }
+}
+
+void ScannedDatabase::check(std::size_t material, const std::string& content_hash) const {
+    if (!checked_ || record_->material_hashes.empty()) {
+        return;
+    }
+    const auto& name = database_->materials().at(material);
+    const auto scanned = record_->material_hashes.find(name);
+    if (scanned == record_->material_hashes.end()) {
+        throw InputError(fmt::format("{} has a material \"{}\", which was not scanned, as {} says",
+                                     database_->name(), name, record_->summary));
+    }
+    if (scanned->second != content_hash) {
+        throw InputError(
+            fmt::format("the samples of \"{}\" in {} are not those that were scanned: their "
+                        "content hash is {}, that of the scan, in {}, is {}; give the database of "
+                        "the scan with --database, or scan again",
+                        name, database_->name(), content_hash, record_->summary, scanned->second));
+    }
+}
+
+ordered_json ScannedDatabase::description() const {
+    return {{"name", as_utf8(database_->name())},
+            {"kind", database_->kind()},
+            {"content_hash", checked_ ? ordered_json(record_->content_hash) : ordered_json()},
+            {"checked", checked_}};
+}
+
+}  // namespace merl::app

@@ -1,0 +1,83 @@
+#pragma once
+
+#include <map>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "engine/base/error.h"
+#include "engine/database/database.h"
+#include "scan/votes/selection_file.h"
+
+namespace merl::app {
+
+// What comes after a scan (judge, render, votes, score) uses the database of that scan: the
+// summary.json beside a file of results says which it was and what was in it.
+
+/// What summary.json says of where its results are from.
+struct ScanRecord {
+    std::string summary;  // the file, as errors call it
+    nlohmann::ordered_json source = nlohmann::ordered_json::object();  // `database`, or `distances`
+    std::string kind;  // of the database; empty where distances were read from a table
+    std::string path;  // of the directory; empty for the built-in database
+    std::string content_hash;
+    std::map<std::string, std::string> material_hashes;  // by name; older summaries have none
+    std::map<std::string, std::string> files;  // hashes of the other results; older have none
+
+    bool has_database() const { return !kind.empty(); }
+};
+
+/// The record of a file of results, or why there is none.
+struct FoundRecord {
+    std::optional<ScanRecord> record;
+    std::string why_not = {};         // "results/summary.json is missing"
+    bool is_of_another_file = false;  // of results that were edited, or lie beside others
+};
+
+/// Looks into the summary.json beside a file of results of this name (as summaries call it) and
+/// this content hash: there is a record only if it is of that very file. `selection` is that file's
+/// content if it is a selection; with it summaries without hashes are told by what they count.
+/// Throws InputError when a newer version wrote the summary.
+FoundRecord find_scan_record(const std::string& file, const std::string& name,
+                             const std::string& hash, const scan::SelectionFile* selection);
+
+/// What --database would be for the database of a record. Throws InputError when it is not
+/// there any more, or there was none.
+std::string database_option(const ScanRecord& record);
+
+/// A database for the materials of a selection, and whether it is what was scanned.
+class ScannedDatabase {
+  public:
+    /// Opens what `option`, the value of --database, names, or without one the database of the
+    /// record. Where an older record has no hashes of materials, the whole is read and compared.
+    /// Throws InputError when there is neither, or the content is another, and what opening a
+    /// database throws; Interrupted. Shows progress unless `quiet`.
+    ScannedDatabase(const FoundRecord& found, const std::string& selection,
+                    const std::string& option, bool quiet);
+
+    const engine::Database& database() const { return *database_; }
+
+    /// Takes the hash of what was read of a material (SphereImage::content_hash). Throws
+    /// InputError unless that is what was scanned, as far as the record knows.
+    void check(std::size_t material, const std::string& content_hash) const;
+
+    /// Whether there is a record to check against.
+    bool checked() const { return checked_; }
+
+    /// What the user should know.
+    const std::vector<std::string>& warnings() const { return warnings_; }
+
+    /// For a kit: `name`, `kind`, `content_hash` of the whole (null if nobody knows), `checked`.
+    nlohmann::ordered_json description() const;
+
+  private:
+    std::optional<ScanRecord> record_;
+    std::unique_ptr<engine::Database> database_;
+    bool checked_ = false;
+    std::vector<std::string> warnings_;
+};
+
+}  // namespace merl::app

@@ -1,0 +1,67 @@
+#include "engine/database/content_hash.h"
+
+#include <optional>
+
+#include "engine/base/hash.h"
+
+namespace merl::engine {
+
+struct ContentHash::Planes {
+    std::array<std::optional<Hash>, 3> hashes;  // none until there are bytes
+    std::array<std::uint64_t, 3> bytes = {};
+
+    std::string digest(std::size_t plane) const {
+        const auto& hash = hashes.at(plane);
+        return hash ? hash->hexadecimal() : hash_of("");
+    }
+};
+
+ContentHash::ContentHash(std::size_t materials) {
+    for (std::size_t i = 0; i < materials; ++i) {
+        materials_.push_back(std::make_unique<Planes>());
+    }
+}
+
+ContentHash::~ContentHash() = default;
+
+void ContentHash::update(std::size_t material, std::size_t plane,
+                         std::span<const std::byte> bytes) {
+    auto& planes = *materials_.at(material);
+    auto& hash = planes.hashes.at(plane);
+    if (!hash) {
+        hash.emplace();
+    }
+    hash->update(bytes);
+    planes.bytes.at(plane) += bytes.size();
+}
+
+std::string ContentHash::digest(const std::vector<std::string>& materials,
+                                const std::string& header) const {
+    std::string all = header;
+    for (std::size_t i = 0; i < materials.size(); ++i) {
+        all += '\n' + materials[i] + planes_text(i);
+    }
+    return hash_of(all);
+}
+
+std::string ContentHash::material_digest(std::size_t material, const std::string& header) const {
+    const std::string all = header + '\n' + planes_text(material);
+    return hash_of(all);
+}
+
+bool ContentHash::same_planes(std::size_t material, std::size_t a, std::size_t b) const {
+    const auto& planes = *materials_.at(material);
+    return planes.bytes.at(a) > 0 && planes.bytes.at(a) == planes.bytes.at(b) &&
+           planes.digest(a) == planes.digest(b);
+}
+
+/// The hashes of the three planes, a space before each.
+std::string ContentHash::planes_text(std::size_t material) const {
+    std::string text;
+    for (std::size_t plane = 0; plane < 3; ++plane) {
+        text += ' ' + materials_.at(material)->digest(plane);
+    }
+    return text;
+}
+
+}  // namespace merl::engine

@@ -1,0 +1,85 @@
+#include "engine/database/domain.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace merl::engine {
+
+using std::numbers::pi;
+
+std::string Grid::text() const {
+    return fmt::format("{} x {} x {} (theta_h x theta_d x phi_d)", theta_h, theta_d, phi_d);
+}
+
+Domain::Domain(const Grid& grid) : grid_(grid) {
+    const auto fill = [](std::vector<Angle>& angles, std::uint32_t count, auto&& angle_of) {
+        for (std::uint32_t i = 0; i < count; ++i) {
+            const double angle = angle_of((i + 0.5) / count);
+            angles.push_back({angle, std::sin(angle), std::cos(angle)});
+        }
+    };
+    fill(phi_d_, grid.phi_d, [](double m) { return pi * m; });
+    fill(theta_d_, grid.theta_d, [](double m) { return pi / 2 * m; });
+    fill(theta_h_, grid.theta_h, [](double m) { return pi / 2 * m * m; });
+}
+
+Voxel Domain::combine(const Angle& phi_d, const Angle& theta_d, const Angle& theta_h, double m_t) {
+    const double straight = theta_h.cosine * theta_d.cosine;
+    const double across = phi_d.cosine * theta_h.sine * theta_d.sine;
+    return {.theta_h = theta_h.angle,
+            .theta_d = theta_d.angle,
+            .phi_d = phi_d.angle,
+            .s_merl = pi * pi * pi / 2 * m_t * 4 * theta_h.sine * theta_d.sine * theta_d.cosine,
+            .cos_theta_i = straight - across,
+            .cos_theta_o = straight + across,
+            .solid_angle = 0,
+            .voxels = 0};
+}
+
+Voxel Domain::voxel(std::uint64_t file_index) const {
+    const std::uint64_t r = file_index % grid_.phi_d;
+    const std::uint64_t s = file_index / grid_.phi_d % grid_.theta_d;
+    const std::uint64_t t = file_index / grid_.phi_d / grid_.theta_d;
+    Voxel voxel = combine(phi_d_[r], theta_d_[s], theta_h_[t],
+                          (static_cast<double>(t) + 0.5) / grid_.theta_h);
+    voxel.voxels = static_cast<double>(grid_.voxels());
+    voxel.solid_angle = 4 * pi * voxel.s_merl / voxel.voxels;
+    return voxel;
+}
+
+Voxel Domain::at(double m_r, double m_s, double m_t) {
+    const auto make = [](double angle) { return Angle{angle, std::sin(angle), std::cos(angle)}; };
+    return combine(make(pi * m_r), make(pi / 2 * m_s), make(pi / 2 * m_t * m_t), m_t);
+}
+
+VoxelList::VoxelList(const Domain& domain, VoxelSet set) {
+    const std::uint64_t count = domain.grid().voxels();
+    for (std::uint64_t i = 0; i < count; ++i) {
+        if (set == VoxelSet::above_horizon && !domain.voxel(i).above_horizon()) {
+            continue;
+        }
+        if (runs_.empty() || runs_.back().file_index + runs_.back().length != i) {
+            runs_.push_back({.file_index = i, .position = size_, .length = 0});
+        }
+        ++runs_.back().length;
+        ++size_;
+    }
+}
+
+std::vector<VoxelRun> VoxelList::runs(std::uint64_t first, std::uint64_t last) const {
+    std::vector<VoxelRun> cut;
+    auto run = std::upper_bound(
+        runs_.begin(), runs_.end(), first,
+        [](std::uint64_t position, const VoxelRun& r) { return position < r.position + r.length; });
+    for (; run != runs_.end() && run->position < last; ++run) {
+        const std::uint64_t from = std::max(first, run->position);
+        const std::uint64_t to = std::min(last, run->position + run->length);
+        cut.push_back({run->file_index + (from - run->position), from, to - from});
+    }
+    return cut;
+}
+
+}  // namespace merl::engine

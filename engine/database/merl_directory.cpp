@@ -1,0 +1,95 @@
+#include "engine/database/merl_directory.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <system_error>
+
+#include "engine/base/error.h"
+#include "engine/database/merl_file.h"
+
+namespace merl::engine {
+namespace {
+
+bool has_merl_extension(const std::filesystem::path& path) {
+    std::string extension = path.extension().string();
+    std::transform(extension.begin(), extension.end(), extension.begin(),
+                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    return extension == ".binary";
+}
+
+class MerlDirectory final : public Database {
+  public:
+    explicit MerlDirectory(const std::filesystem::path& directory)
+        : Database(directory.string(), "MERL directory"), entries_(list_merl_directory(directory)) {
+        if (entries_.size() < 2) {
+            throw InputError(
+                fmt::format("{}: found {} .binary file{}; a scan needs at least two materials",
+                            directory.string(), entries_.size(), entries_.size() == 1 ? "" : "s"));
+        }
+        for (const auto& entry : entries_) {
+            const auto& header = headers_.emplace_back(read_merl_header(entry.path));
+            const Grid& grid = header.grid;
+            if (materials_.empty()) {
+                grid_ = grid;
+            } else if (grid != grid_) {
+                throw InputError(
+                    fmt::format("{}: the grid is {}; {} has {}, and all files of a "
+                                "database must have the same",
+                                entry.path.string(), grid.text(), entries_.front().path.string(),
+                                grid_.text()));
+            }
+            materials_.push_back(entry.material);
+        }
+    }
+
+    void read(std::size_t material, VoxelRange range, std::span<double> samples,
+              ContentHash* hash) const override {
+        std::function<void(std::size_t, std::span<const std::byte>)> raw;
+        if (hash != nullptr) {
+            raw = [=](std::size_t plane, std::span<const std::byte> bytes) {
+                hash->update(material, plane, bytes);
+            };
+        }
+        read_merl_samples(entries_.at(material).path, headers_.at(material), range, samples, raw);
+    }
+
+  private:
+    std::vector<MerlEntry> entries_;
+    std::vector<MerlHeader> headers_;  // of each, when it was first opened
+};
+
+}  // namespace
+
+std::vector<MerlEntry> list_merl_directory(const std::filesystem::path& directory) {
+    std::vector<MerlEntry> entries;
+    try {
+        for (const auto& file : std::filesystem::directory_iterator(directory)) {
+            const auto& path = file.path();
+            if (has_merl_extension(path) && path.filename().string().front() != '.') {
+                entries.push_back({path.stem().string(), path});
+            }
+        }
+    } catch (const std::filesystem::filesystem_error& error) {
+        throw InputError(fmt::format("{}: cannot be read as a directory of .binary files: {}",
+                                     directory.string(), error.code().message()));
+    }
+    std::sort(entries.begin(), entries.end(), [](const MerlEntry& a, const MerlEntry& b) {
+        return std::tie(a.material, a.path) < std::tie(b.material, b.path);
+    });
+    const auto twin = std::adjacent_find(
+        entries.begin(), entries.end(),
+        [](const MerlEntry& a, const MerlEntry& b) { return a.material == b.material; });
+    if (twin != entries.end()) {
+        throw InputError(fmt::format("{} and {} name the same material; material names must differ",
+                                     twin->path.string(), std::next(twin)->path.string()));
+    }
+    return entries;
+}
+
+std::unique_ptr<Database> open_merl_directory(const std::filesystem::path& directory) {
+    return std::make_unique<MerlDirectory>(directory);
+}
+
+}  // namespace merl::engine

@@ -1,0 +1,27 @@
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "engine/database/database.h"
+
+namespace merl::engine {
+
+/// A material file of a MERL directory.
+struct MerlEntry {
+    std::string material;  // the file name without its extension
+    std::filesystem::path path;
+};
+
+/// The `.binary` files of a directory (hidden files left out), sorted bytewise by material.
+/// Throws Error (input) when the directory cannot be read, or when two files name one material.
+std::vector<MerlEntry> list_merl_directory(const std::filesystem::path& directory);
+
+/// A directory of MERL files, as they are now: a file that changes or is replaced later is an error
+/// of Database::read(), not other content. Throws Error (input) unless it holds at least two whole
+/// files, all of one grid.
+std::unique_ptr<Database> open_merl_directory(const std::filesystem::path& directory);
+
+}  // namespace merl::engine

@@ -1,0 +1,150 @@
+#include "engine/database/merl_file.h"
+
+#include <fmt/format.h>
+
+#include <bit>
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <limits>
+#include <string_view>
+
+#include "engine/base/file.h"
+#include "engine/base/widest_vectors.h"
+
+namespace merl::engine {
+namespace {
+
+static_assert(std::endian::native == std::endian::little, "MERL files are little-endian");
+
+constexpr std::uint64_t kHeaderBytes = 12;
+
+Grid checked_header(const File& file) {
+    if (file.bytes() < kHeaderBytes) {
+        file.fail(fmt::format("has {} bytes; a MERL file has a header of {}, then its samples",
+                              file.bytes(), kHeaderBytes));
+    }
+    std::array<std::int32_t, 3> sizes = {};
+    file.read(0, std::as_writable_bytes(std::span(sizes)));
+    const auto described = fmt::format("{} x {} x {}", sizes[0], sizes[1], sizes[2]);
+    std::uint64_t voxels = 1;
+    for (const auto size : sizes) {
+        if (size <= 0) {
+            file.fail(
+                fmt::format("the header says {}; every size must be positive (MERL: 90 x 90 x "
+                            "180)",
+                            described));
+        }
+        if (static_cast<std::uint64_t>(size) > kMaxSide) {
+            file.fail(
+                fmt::format("the header says {}; every size may be at most {} (MERL: 90 x 90 "
+                            "x 180)",
+                            described, kMaxSide));
+        }
+        voxels *= static_cast<std::uint64_t>(size);  // three factors, each checked: no overflow
+        if (voxels > kMaxVoxels) {
+            file.fail(
+                fmt::format("the header says {}; at most {} voxels are supported (MERL: 90 x 90 "
+                            "x 180)",
+                            described, kMaxVoxels));
+        }
+    }
+    const std::uint64_t expected = kHeaderBytes + voxels * 3 * sizeof(double);
+    if (file.bytes() != expected) {
+        file.fail(fmt::format("has {} bytes; its header ({}) makes {}, so it is {}", file.bytes(),
+                              described, expected,
+                              file.bytes() < expected ? "truncated" : "over-long"));
+    }
+    const Grid grid = {static_cast<std::uint32_t>(sizes[0]), static_cast<std::uint32_t>(sizes[1]),
+                       static_cast<std::uint32_t>(sizes[2])};
+    if (grid.phi_d == 4 * std::uint64_t{grid.theta_d}) {
+        file.fail(
+            fmt::format("the header says {}; so many phi_d are those of a BRDF over [0, 2 pi), "
+                        "which cannot be read yet; expected phi_d over [0, pi) (MERL: 90 x 90 x "
+                        "180)",
+                        described));
+    }
+    return grid;
+}
+
+/// Whether a number may be used: finite and not above kMaxReflectance (negative: not measured).
+constexpr double kLowest = std::numeric_limits<double>::lowest();
+bool acceptable(double value) {
+    return value >= kLowest && value <= kMaxReflectance;
+}
+
+/// Multiplies in place. Whether every result is acceptable.
+MERL_SCAN_WIDEST_VECTORS bool scale(std::span<double> samples, double factor) {
+    std::uint64_t good = 0;  // counted, which becomes vector instructions
+    for (double& value : samples) {
+        value *= factor;
+        good += std::uint64_t{value >= kLowest} & std::uint64_t{value <= kMaxReflectance};
+    }
+    return good == samples.size();
+}
+
+[[noreturn]] void fail_value(const File& file, const Grid& grid, std::size_t plane,
+                             std::uint64_t index, double value) {
+    constexpr std::array<const char*, 3> channels = {"red", "green", "blue"};
+    file.fail(
+        fmt::format("{} of voxel theta_h {}, theta_d {}, phi_d {} is {}/sr; expected a finite "
+                    "number, at most {}",
+                    channels[plane], index / grid.phi_d / grid.theta_d,
+                    index / grid.phi_d % grid.theta_d, index % grid.phi_d, value, kMaxReflectance));
+}
+
+}  // namespace
+
+MerlHeader read_merl_header(const std::filesystem::path& path) {
+    File file(path);
+    file.settle();
+    const Grid grid = checked_header(file);
+    file.expect(file.state());
+    return {grid, file.state()};
+}
+
+void read_merl_samples(
+    const std::filesystem::path& path, const MerlHeader& header, VoxelRange range,
+    std::span<double> samples,
+    const std::function<void(std::size_t plane, std::span<const std::byte>)>& raw) {
+    const File file(path);
+    const Grid& grid = header.grid;
+    file.expect(header.state);
+    for (std::size_t plane = 0; plane < 3; ++plane) {
+        const auto to = samples.subspan(plane * range.size(), range.size());
+        file.read(kHeaderBytes + (plane * grid.voxels() + range.first) * sizeof(double),
+                  std::as_writable_bytes(to));
+        if (raw) {
+            raw(plane, std::as_bytes(to));
+        }
+        if (!scale(to, kMerlScale[plane])) {
+            for (std::uint64_t i = 0; i < to.size(); ++i) {
+                if (!acceptable(to[i])) {
+                    fail_value(file, grid, plane, range.first + i, to[i]);
+                }
+            }
+        }
+    }
+    file.expect(header.state);
+}
+
+std::string merl_file(const Database& database, std::size_t material) {
+    const auto& grid = database.grid();
+    const Domain domain(grid);
+    const std::array<std::uint32_t, 3> header = {grid.theta_h, grid.theta_d, grid.phi_d};
+    std::vector<double> samples(grid.voxels() * 3);
+    database.read(material, {0, grid.voxels()}, samples);
+    for (std::uint64_t i = 0; i < grid.voxels(); ++i) {
+        const bool measured = domain.voxel(i).above_horizon();
+        for (std::size_t plane = 0; plane < 3; ++plane) {
+            double& value = samples[plane * grid.voxels() + i];
+            value = measured ? value / kMerlScale[plane] : kMerlNotMeasured;
+        }
+    }
+    std::string bytes(sizeof(header) + samples.size() * sizeof(double), '\0');
+    std::memcpy(bytes.data(), header.data(), sizeof(header));
+    std::memcpy(bytes.data() + sizeof(header), samples.data(), samples.size() * sizeof(double));
+    return bytes;
+}
+
+}  // namespace merl::engine

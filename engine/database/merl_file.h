@@ -1,0 +1,51 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <span>
+#include <string>
+
+#include "engine/base/file.h"
+#include "engine/database/database.h"
+#include "engine/database/domain.h"
+
+namespace merl::engine {
+
+/// The MERL file format (`NAME.binary`): three little-endian int32, the sizes of theta_h, theta_d
+/// and phi_d, then three planes (red, green, blue) of little-endian float64.
+
+/// Reflectance in 1/sr of a stored number 1, per channel (Matusik et al. 2003).
+constexpr std::array<double, 3> kMerlScale = {1.0 / 1500.0, 1.15 / 1500.0, 1.66 / 1500.0};
+
+/// What `NAME.binary` holds for a voxel that was not measured.
+constexpr double kMerlNotMeasured = -1.0;
+
+/// What is known of a MERL file before its samples are read.
+struct MerlHeader {
+    Grid grid;
+    FileState state;
+};
+
+/// Reads and checks the header against the size of the file. Throws Error (input) on everything
+/// that is not a whole MERL file: missing, not a regular file, empty, truncated, over-long, sizes
+/// that are zero, negative or too large; and on a file over all of phi_d (four times as many phi_d
+/// as theta_d, like 90 x 90 x 360), which nothing but its sizes tells from one over [0, pi).
+///
+/// Waits some milliseconds if the file was written just now: the kernel's clock for files ticks
+/// slowly, and what is written after this returns has to get another time.
+MerlHeader read_merl_header(const std::filesystem::path& path);
+
+/// As Database::read, of a file whose header was read before. Throws Error (input) when it is not
+/// that file any more, or not in that state, before or after reading.
+void read_merl_samples(
+    const std::filesystem::path& path, const MerlHeader& header, VoxelRange range,
+    std::span<double> samples,
+    const std::function<void(std::size_t plane, std::span<const std::byte>)>& raw);
+
+/// One material of a database as the bytes of a MERL file. Voxels below the horizon are stored as
+/// not measured.
+std::string merl_file(const Database& database, std::size_t material);
+
+}  // namespace merl::engine

@@ -1,0 +1,47 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "engine/database/database.h"
+#include "engine/database/domain.h"
+#include "engine/metric/metric.h"
+
+namespace merl::engine {
+
+using MaterialPair = std::pair<std::uint32_t, std::uint32_t>;
+
+/// Some pairs of materials under one metric.
+struct Float64Request {
+    const Metric* metric;
+    std::vector<MaterialPair> pairs;
+    /// A power of two that transformed samples are multiplied with, and the distances divided by.
+    /// Only for a metric with a degree.
+    double scale = 1;
+};
+
+/// E of Ryman 2018, equation 4.20, for each request and pair, in float64 on the CPU, from the
+/// metric's own file and the database's float64 samples (negative numbers count as zero). Where a
+/// sum falls below the range of float64, as squares of differences below 1e-154 do, it is computed
+/// again with scaled samples. Deterministic: sums run over blocks of kBlockVoxels voxels, then over
+/// blocks, whatever the number of threads, whichever other pairs are asked for and however little
+/// memory there is. `progress` is called between pieces of work with the share done and may throw.
+///
+/// Samples and sums of blocks stay within `memory_bytes`, but a thread needs a quarter of a MiB;
+/// beside them each pair takes 32 bytes. Every material is read once where all have room, otherwise
+/// once with every group of others.
+std::vector<std::vector<double>> float64_distances(const Database& database,
+                                                   std::span<const Float64Request> requests,
+                                                   VoxelSet set = VoxelSet::above_horizon,
+                                                   const std::function<void(double)>& progress = {},
+                                                   std::uint64_t memory_bytes = 1ULL << 30U);
+
+/// The same for a single metric.
+std::vector<double> float64_distances(const Database& database, const Metric& metric,
+                                      std::span<const MaterialPair> pairs,
+                                      VoxelSet set = VoxelSet::above_horizon);
+
+}  // namespace merl::engine

@@ -1,0 +1,60 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "engine/distance/parts/error_bound.h"
+#include "engine/distance/parts/pair_tiles.h"
+#include "engine/metric/metric.h"
+
+namespace merl::engine {
+
+/// E of Ryman 2018, equation 4.20, for each pair (0,1), (0,2) … (1,2) … of materials under one
+/// metric.
+struct MetricDistances {
+    std::vector<double> values;
+    /// How far each can be from the exact value (error_bound.h); infinite where no bound is known.
+    std::vector<double> bounds;
+
+    bool operator==(const MetricDistances&) const = default;
+};
+
+/// What is summed over each of some consecutive blocks under one metric; all in float32.
+struct PartialSums {
+    std::span<const float> differences;  // [block][tile][row][column]
+    std::span<const float> slopes;       // likewise, where the metric has_slopes()
+    std::span<const float> norms;        // [block][material], where it has_norms()
+};
+
+/// The float64 totals of one metric over all blocks so far, and the distances that they make.
+class PairTotals {
+  public:
+    /// For a database of `grid_voxels` voxels and so many materials; tiles may have more.
+    /// `roundings` are those of the partial sums.
+    PairTotals(const Metric& metric, std::uint32_t materials, const PairTiles& tiles,
+               std::uint64_t grid_voxels, const Roundings& roundings);
+
+    /// Bytes of memory.
+    std::uint64_t bytes() const {
+        return (differences_.size() + slopes_.size() + norms_.size()) * sizeof(double);
+    }
+
+    /// The next blocks: each pair's sums are added in the order of the voxels.
+    void add(const PartialSums& sums, std::size_t blocks);
+
+    /// After the last block. Throws Error (input) when a sum is beyond float32.
+    MetricDistances distances() const;
+
+  private:
+    const Metric* metric_;
+    std::uint32_t materials_;
+    PairTiles tiles_;
+    std::uint64_t grid_voxels_;
+    ErrorBound bound_;
+    std::vector<double> differences_;  // [tile][row][column]
+    std::vector<double> slopes_;       // likewise
+    std::vector<double> norms_;        // [material]
+};
+
+}  // namespace merl::engine

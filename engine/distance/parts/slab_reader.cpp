@@ -1,0 +1,87 @@
+#include "engine/distance/parts/slab_reader.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <tbb/parallel_for.h>
+
+#include <stdexcept>
+
+namespace merl::engine {
+
+std::string content_hash_of(const Database& database, const std::function<void(double)>& progress) {
+    constexpr std::uint64_t kVoxelsAtATime = 16384;
+    const std::uint64_t voxels = database.grid().voxels();
+    const std::size_t materials = database.materials().size();
+    ContentHash hash(materials);
+    std::vector<double> samples(3 * kVoxelsAtATime);
+    for (std::size_t material = 0; material < materials; ++material) {
+        for (std::uint64_t first = 0; first < voxels; first += kVoxelsAtATime) {
+            const VoxelRange range = {first, std::min(first + kVoxelsAtATime, voxels)};
+            database.read(material, range, std::span(samples).first(3 * range.size()), &hash);
+        }
+        progress(static_cast<double>(material + 1) / static_cast<double>(materials));
+    }
+    return hash.digest(database.materials(), database.grid().text());
+}
+
+SlabReader::SlabReader(const Database& database, const VoxelList& voxels)
+    : database_(database),
+      voxels_(voxels),
+      counts_(database.materials().size()),
+      checks_(database.materials().size(), MaterialCheck(database.grid())),
+      hash_(database.materials().size()) {}
+
+void SlabReader::read(const Slab& slab, const Use& use) {
+    // What lies below the horizon belongs to the content too.
+    const bool is_last = slab.first + slab.voxels == voxels_.size() || slab.runs.empty();
+    const VoxelRange file = {file_position_,
+                             is_last ? database_.grid().voxels()
+                                     : slab.runs.back().file_index + slab.runs.back().length};
+    file_position_ = file.last;
+    tbb::parallel_for(std::size_t{0}, counts_.size(), [&](std::size_t material) {
+        auto& blocks = blocks_.local();
+        blocks.resize(slab.blocks());
+        counts_[material] +=
+            read_blocks(database_, material, file, slab.runs, blocks, &hash_, &checks_[material]);
+        use(material, blocks);
+    });
+}
+
+void SlabReader::expect_all_read() const {
+    if (file_position_ != database_.grid().voxels()) {
+        throw std::logic_error("the content hash was asked for before the whole database was read");
+    }
+}
+
+std::string SlabReader::content_hash() const {
+    expect_all_read();
+    return hash_.digest(database_.materials(), database_.grid().text());
+}
+
+std::vector<std::string> SlabReader::material_hashes() const {
+    expect_all_read();
+    std::vector<std::string> hashes;
+    for (std::size_t m = 0; m < checks_.size(); ++m) {
+        hashes.push_back(hash_.material_digest(m, database_.grid().text()));
+    }
+    return hashes;
+}
+
+std::vector<std::string> SlabReader::warnings() const {
+    std::vector<std::string> warnings;
+    const auto hashes = material_hashes();
+    for (std::size_t m = 0; m < checks_.size(); ++m) {
+        const auto fault = checks_[m].fault(counts_[m].negative_above_horizon, hash_, m);
+        if (!fault.empty()) {
+            warnings.push_back(
+                fmt::format("{} of {}: {}", database_.materials()[m], database_.name(), fault));
+        }
+    }
+    for (const auto& same : copies_among(database_.materials(), hashes)) {
+        warnings.push_back(
+            fmt::format("{} of {} have the same content", fmt::join(same, ", "), database_.name()));
+    }
+    return warnings;
+}
+
+}  // namespace merl::engine

@@ -1,0 +1,84 @@
+#pragma once
+
+#include <tbb/enumerable_thread_specific.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "engine/database/content_hash.h"
+#include "engine/database/database.h"
+#include "engine/database/domain.h"
+#include "engine/distance/parts/block_reader.h"
+
+namespace merl::engine {
+
+/// Some consecutive visited voxels, in whole blocks.
+struct Slab {
+    /// The voxels at positions [from, to) of the list.
+    Slab(const Domain& domain, const VoxelList& list, std::uint64_t from, std::uint64_t to)
+        : first(from),
+          voxels(to - from),
+          runs(list.runs(from, to)),
+          geometry(voxels_of(domain, runs)) {}
+
+    std::uint64_t first;   // position of the first voxel in the list of visited ones
+    std::uint64_t voxels;  // visited
+    std::vector<VoxelRun> runs;
+    std::vector<Voxel> geometry;  // filled up with empty voxels
+
+    std::uint64_t blocks() const { return block_count(voxels); }
+
+    /// How many voxels of a block there are; the rest is empty.
+    std::uint64_t filled(std::uint64_t block) const {
+        return std::min<std::uint64_t>(voxels - block * kBlockVoxels, kBlockVoxels);
+    }
+
+    std::span<const Voxel, kBlockVoxels> voxels_of_block(std::uint64_t block) const {
+        return std::span<const Voxel, kBlockVoxels>(geometry.data() + block * kBlockVoxels,
+                                                    kBlockVoxels);
+    }
+};
+
+/// The content hash of a whole database, as SlabReader::content_hash() gives it. Reads everything;
+/// `progress` is called after each material with the share that is done, and may throw. Throws what
+/// Database::read() throws.
+std::string content_hash_of(const Database& database, const std::function<void(double)>& progress);
+
+/// Reads a database slab by slab, in order.
+class SlabReader {
+  public:
+    SlabReader(const Database& database, const VoxelList& voxels);
+
+    /// What is to be done with the samples of one material at the voxels of a slab (read_blocks);
+    /// called from several threads, for each material once.
+    using Use = std::function<void(std::size_t material, std::span<const BlockSamples> blocks)>;
+
+    /// Slabs must come in order and without gaps.
+    void read(const Slab& slab, const Use& use);
+
+    /// After the last slab.
+    const std::vector<MaterialCounts>& counts() const { return counts_; }
+    std::string content_hash() const;
+    std::vector<std::string> material_hashes() const;
+
+    /// What looks like a broken copy, for the user: damaged materials, and materials of the same
+    /// content. Voxels that were not visited count as below the horizon.
+    std::vector<std::string> warnings() const;
+
+  private:
+    void expect_all_read() const;
+
+    const Database& database_;
+    const VoxelList& voxels_;
+    std::vector<MaterialCounts> counts_;
+    std::vector<MaterialCheck> checks_;
+    ContentHash hash_;
+    std::uint64_t file_position_ = 0;  // voxels of each file read so far
+    tbb::enumerable_thread_specific<std::vector<BlockSamples>> blocks_;
+};
+
+}  // namespace merl::engine

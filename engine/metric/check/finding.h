@@ -1,0 +1,54 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+
+#include "engine/database/database.h"
+#include "engine/database/domain.h"
+#include "engine/metric/metric.h"
+
+namespace merl::engine {
+
+/// What shaders/framework/check.comp found wrong with a metric, as it writes it.
+struct Finding {
+    enum Kind : std::uint32_t {
+        fine,
+        weight,      // negative, NaN or infinite
+        first,       // the first material's transformed sample is NaN or infinite
+        second,      // the second's
+        not_finite,  // the difference is
+        negative,    // likewise
+        asymmetric,  // likewise
+        not_degree,  // it is not |d|^degree
+        fault        // it went wrong on the way
+    };
+    std::uint32_t group;
+    Kind kind;
+    std::uint32_t first_material;
+    std::uint32_t second_material;
+    std::uint32_t voxel;  // of the slab
+    std::uint32_t channel;
+    std::array<float, 3> a;
+    std::array<float, 3> b;
+    float there;
+    float back;
+    float voxel_weight;
+    // The first voxel of the slab at which a material differs from itself; kNone when none does.
+    std::uint32_t same_voxel;
+    std::uint32_t same_material;
+    float same_difference;
+
+    static constexpr std::uint32_t kNone = 0xffffffff;
+};
+
+/// One line for the user: what is wrong, at which voxel, between which materials, with which
+/// numbers. `file_index` is the voxel's.
+std::string explain(const Finding& finding, const Metric& metric, const Database& database,
+                    std::uint64_t file_index);
+
+/// Likewise, that a material differs from itself. `file_index` is that of the voxel where.
+std::string warn_of_same(const Finding& finding, const Metric& metric, const Database& database,
+                         std::uint64_t file_index);
+
+}  // namespace merl::engine

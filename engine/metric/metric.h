@@ -1,0 +1,104 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "engine/database/domain.h"
+#include "engine/metric/metric_header.h"
+
+namespace merl::engine {
+
+/// The voxels over which one float32 partial sum runs; shaders/framework/metric.glsl has the same.
+constexpr std::uint32_t kBlockVoxels = 1024;
+
+/// Voxels of a cell, the unit that a kernel prepares at a time; likewise.
+constexpr std::uint32_t kCellVoxels = 4;
+
+/// Texels of a chunk, of which the smallest and the largest number are taken for the error bound;
+/// likewise.
+constexpr std::uint32_t kChunkTexels = 4;
+
+/// One block of one material: red, green and blue (or what a transform makes of them), zero beyond
+/// the last voxel.
+using BlockSamples = std::array<std::array<double, kBlockVoxels>, 3>;
+using BlockWeights = std::array<double, kBlockVoxels>;
+
+/// Numbers of one block of one material in the grid of a metric with a degree, a channel after the
+/// other.
+constexpr std::size_t kBlockScalars = std::size_t{3} * kBlockVoxels;
+
+/// The same metric file compiled as C++ in float64: the reference that device results are held to,
+/// and what refines them. One block at a time; sums have a fixed order on every processor. All take
+/// the values of the metric's parameters.
+struct MetricTwin {
+    /// transform(f, v) of every voxel of a block.
+    void (*transform)(std::span<const double> parameters,
+                      std::span<const Voxel, kBlockVoxels> voxels, const BlockSamples& samples,
+                      BlockSamples& transformed) = nullptr;
+    /// The same, each times its voxel's factor, rounded once.
+    void (*scale)(std::span<const double> parameters, std::span<const Voxel, kBlockVoxels> voxels,
+                  const BlockSamples& samples, const BlockWeights& factors,
+                  std::span<float, kBlockScalars> scaled) = nullptr;
+    /// weight(v) of every voxel of a block.
+    void (*weigh)(std::span<const double> parameters, std::span<const Voxel, kBlockVoxels> voxels,
+                  BlockWeights& weights) = nullptr;
+    /// Σ g·h of a block; a and b are transformed samples.
+    double (*sum)(std::span<const double> parameters, const BlockSamples& a, const BlockSamples& b,
+                  const BlockWeights& weights) = nullptr;
+};
+
+/// One metric of the family of Ryman 2018, 4.9: a transform, a weight and a difference
+/// (docs/metrics.md), and the values of its parameters. It comes from one GLSL file: of the
+/// library, or a user's.
+struct Metric {
+    std::string name;    // with the parameters that are not at their defaults: "pawcielab:white=80"
+    std::string file;    // what messages call the file
+    std::string source;  // the text of the file
+    MetricHeader header;             // what the text says of itself
+    std::vector<double> parameters;  // the chosen value of each of header.parameters
+    MetricTwin twin;                 // of a library metric; a user's has none
+
+    /// Whether float64 distances can be had on the CPU (reference.h).
+    bool has_twin() const { return twin.sum != nullptr; }
+
+    bool has_bound() const { return header.degree > 0; }
+
+    /// Whether its bound needs ranges and slopes (docs/numerics.md): a power below one is steep
+    /// near zero.
+    bool has_slopes() const { return header.degree > 0 && header.degree < 1; }
+
+    /// Whether its bound needs norms.
+    bool has_norms() const { return header.degree >= 1; }
+
+    /// Whether check.comp looks for what is wrong with it: nobody has tested it.
+    bool is_checked() const { return !has_twin(); }
+
+    /// Whether a kernel gives a workgroup to each row of a tile: any_difference.comp and
+    /// check.comp.
+    bool has_row_groups() const { return !has_bound() || is_checked(); }
+
+    /// How the grid of this metric is cut into texels (shaders/framework/metric.glsl).
+    std::uint32_t cell_texels() const { return header.degree > 0 ? 3 : 4; }
+    std::uint32_t block_texels() const { return kBlockVoxels / kCellVoxels * cell_texels(); }
+};
+
+/// Every metric of the library with its parameters at their defaults, by name.
+std::span<const Metric> metrics();
+
+/// The three metrics of the framework test (Ryman 2018, table 4.2): one, uniform, projected-area.
+std::span<const Metric> framework_test_metrics();
+
+/// The library's metric with this name. Throws Error (usage) that lists the names there are.
+const Metric& find_metric(std::string_view name);
+
+/// The metric that `text` names, with its parameters: "pawcielab", "pawcielab:white=80",
+/// "./my_metric.glsl:alpha=0.3:beta=2". A name that ends in .glsl is a file. Nothing is compiled
+/// yet. Throws Error: (usage) for an unknown name or parameter or a value out of range, (input) for
+/// a file that cannot be read or has a bad header.
+Metric open_metric(const std::string& text);
+
+}  // namespace merl::engine

@@ -1,0 +1,174 @@
+#include "engine/metric/metric_header.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cstdint>
+
+#include "engine/base/error.h"
+#include "engine/base/number.h"
+
+namespace merl::engine {
+namespace {
+
+constexpr std::size_t kMostParameters = 16;
+constexpr std::size_t kLongestName = 32;
+
+std::string_view trimmed(std::string_view text) {
+    const auto first = text.find_first_not_of(" \t\r");
+    return first == std::string_view::npos
+               ? std::string_view()
+               : text.substr(first, text.find_last_not_of(" \t\r") - first + 1);
+}
+
+bool is_letter(char c) {
+    return std::islower(static_cast<unsigned char>(c)) != 0;
+}
+
+bool is_name(std::string_view text) {
+    return !text.empty() && text.size() <= kLongestName && is_letter(text[0]) &&
+           std::all_of(text.begin(), text.end(), [](char c) {
+               return is_letter(c) || std::isdigit(static_cast<unsigned char>(c)) != 0 || c == '_';
+           });
+}
+
+/// Takes what comes before the first `end` off `rest`, trimmed; `found` is false without one.
+std::string_view take(std::string_view& rest, std::string_view end, bool& found) {
+    const auto at = rest.find(end);
+    found = found && at != std::string_view::npos;
+    const auto taken = rest.substr(0, at);
+    rest = at == std::string_view::npos ? "" : rest.substr(at + end.size());
+    return trimmed(taken);
+}
+
+/// Reads the header line by line.
+class Parser {
+  public:
+    explicit Parser(const std::string& file) : file_(file) {}
+
+    MetricHeader parse(std::string_view text) {
+        while (text.starts_with("//")) {
+            ++line_;
+            const auto end = std::min(text.find('\n'), text.size());
+            read_line(text.substr(2, end - 2));
+            text.remove_prefix(std::min(end + 1, text.size()));
+        }
+        return header_;
+    }
+
+  private:
+    [[noreturn]] void refuse(const std::string& message) const {
+        throw InputError(fmt::format("{}:{}: {}", file_, line_, message));
+    }
+
+    void read_line(std::string_view line) {
+        if (line.starts_with("  ") && last_ != nullptr) {  // more of the line before
+            *last_ += fmt::format("{}{}", last_->empty() ? "" : " ", trimmed(line));
+            return;
+        }
+        last_ = nullptr;
+        line = trimmed(line);
+        const auto colon = line.find(':');
+        const auto key = line.substr(0, colon);
+        if (colon == std::string_view::npos || !is_name(key)) {
+            return;  // a comment
+        }
+        const auto value = trimmed(line.substr(colon + 1));
+        if (key == "title") {
+            set(header_.title, key, value);
+        } else if (key == "formula") {
+            set(header_.formula, key, value);
+        } else if (key == "source") {
+            set(header_.source, key, value);
+        } else if (key == "note") {
+            set(header_.note, key, value);
+        } else if (key == "degree") {
+            set(header_.degree_text, key, value);
+            last_ = nullptr;
+            read_degree(value);
+        } else if (key == "parameter") {
+            read_parameter(value);
+        } else {
+            refuse(
+                fmt::format("\"{}:\" is no key of a metric; the keys are title, formula, source, "
+                            "note, degree and parameter",
+                            key));
+        }
+    }
+
+    void set(std::string& text, std::string_view key, std::string_view value) {
+        if (!text.empty()) {
+            refuse(fmt::format("a second \"{}:\"", key));
+        }
+        if (value.empty()) {
+            refuse(fmt::format("\"{}:\" has no value", key));
+        }
+        text = value;
+        last_ = &text;
+    }
+
+    void read_degree(std::string_view value) {
+        if (value == "2" || value == "1") {
+            header_.degree = value[0] - '0';
+        } else if (value == "2/3") {
+            header_.degree = 2.0 / 3.0;
+        } else {
+            refuse(
+                fmt::format("the degree is \"{}\": expected 2, 1 or 2/3; without a degree the "
+                            "difference may be anything",
+                            value));
+        }
+    }
+
+    void read_parameter(std::string_view value) {
+        bool found = true;
+        auto rest = value;
+        MetricParameter p;
+        p.name = take(rest, "=", found);
+        const auto number = parse_finite(take(rest, " in [", found));
+        const auto low = parse_finite(take(rest, ",", found));
+        const auto high = parse_finite(take(rest, "]", found));
+        p.description = trimmed(rest);
+        if (!found || !number || !low || !high || p.description.empty()) {
+            refuse(
+                fmt::format("the parameter is \"{}\": expected NAME = DEFAULT in [LOW, HIGH] "
+                            "description",
+                            value));
+        }
+        p.value = *number;
+        p.low = *low;
+        p.high = *high;
+        if (!is_name(p.name)) {
+            refuse(
+                fmt::format("a parameter is called \"{}\": expected a lower-case letter, then "
+                            "lower-case letters, digits and _, at most {} in all",
+                            p.name, kLongestName));
+        }
+        if (!(p.low <= p.value && p.value <= p.high)) {
+            refuse(fmt::format("the parameter {} is {} by default: expected a number in [{}, {}]",
+                               p.name, p.value, p.low, p.high));
+        }
+        if (std::any_of(header_.parameters.begin(), header_.parameters.end(),
+                        [&](const MetricParameter& other) { return other.name == p.name; })) {
+            refuse(fmt::format("a second parameter {}", p.name));
+        }
+        if (header_.parameters.size() == kMostParameters) {
+            refuse(fmt::format("more than {} parameters", kMostParameters));
+        }
+        header_.parameters.push_back(std::move(p));
+    }
+
+    const std::string& file_;
+    MetricHeader header_;
+    std::string* last_ = nullptr;  // the text that the next line may continue
+    std::uint64_t line_ = 0;
+};
+
+}  // namespace
+
+MetricHeader parse_metric_header(std::string_view text, const std::string& file) {
+    return Parser(file).parse(text);
+}
+
+}  // namespace merl::engine

@@ -1,0 +1,37 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace merl::engine {
+
+/// A number that a metric lets its user choose.
+struct MetricParameter {
+    std::string name;
+    double value = 0;  // unless it is chosen
+    double low = 0;    // the range, both ends allowed
+    double high = 0;
+    std::string description;
+
+    bool operator==(const MetricParameter&) const = default;
+};
+
+/// What the comment lines at the top of a metric file say (docs/metrics.md).
+struct MetricHeader {
+    std::string title;
+    std::string formula;
+    std::string source;  // the literature
+    std::string note;
+    /// The declared degree p: h is a sum over channels of |d|^p. 0 when there is none: any function
+    /// of two samples, for which no error bound is known.
+    double degree = 0;
+    std::string degree_text;  // "2/3"
+    std::vector<MetricParameter> parameters;
+};
+
+/// Reads the header of a metric file. `file` is what messages call it. Throws Error (input) that
+/// names the line.
+MetricHeader parse_metric_header(std::string_view text, const std::string& file);
+
+}  // namespace merl::engine

@@ -1,0 +1,182 @@
+#include "engine/metric/metric_kernels.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "engine/base/error.h"
+#include "engine/device/shader_compiler.h"
+#include "engine/metric/check/code.h"
+#include "engine/metric/check/words.h"
+#include "engine/metric/metric_library.h"
+
+namespace merl::engine {
+namespace {
+
+using device::ShaderText;
+
+/// What the compiler calls a metric's file, whatever it is called: a path may have quotes in it.
+const std::string kText = "metric";
+
+/// A metric of 256 KiB may have macros.
+constexpr std::size_t kMostBytes = std::size_t{1} << 20U;
+
+/// The functions of a metric, as shaders/framework/metric.glsl declares them.
+struct Function {
+    std::string_view name;
+    std::string_view declaration;
+};
+constexpr Function kTransform = {"transform", "vec3 transform(vec3 f, Voxel v)"};
+constexpr Function kWeight = {"weight", "float weight(Voxel v)"};
+constexpr Function kDifference = {"difference", "float difference(vec3 a, vec3 b)"};
+constexpr Function kChannelDifference = {"difference", "float difference(float d)"};
+
+std::vector<Function> functions(const Metric& metric) {
+    return {kTransform, kWeight, metric.has_bound() ? kChannelDifference : kDifference};
+}
+
+/// A GLSL constant of this value: 100 alone would be an int.
+std::string literal(double value) {
+    std::string text = fmt::format("{}", value);
+    return text.find_first_of(".e") == std::string::npos ? text + ".0" : text;
+}
+
+/// The parameters of a metric, and what else its text needs before its first line. Those of a
+/// user's are specialization constants: see kFirstParameter.
+std::string parameters_text(const Metric& metric) {
+    std::string text = "#ifdef METRIC_FLOAT64\n#include \"framework/float64_names.glsl\"\n#endif\n";
+    for (std::size_t i = 0; i < metric.parameters.size(); ++i) {
+        const auto& name = metric.header.parameters[i].name;
+        const auto value = literal(metric.parameters[i]);
+        const auto layout = metric.is_checked()
+                                ? fmt::format("layout(constant_id = {}) ", kFirstParameter + i)
+                                : "";
+        text += fmt::format(
+            "#ifdef METRIC_FLOAT64\n{0}const double {1} = {2}lf;\n#else\n{0}const float {1} = "
+            "{2};\n#endif\n",
+            layout, name, value);
+    }
+    return text;
+}
+
+const ShaderText* find_file(std::string_view name) {
+    const auto files = shader_files();
+    const auto found = std::find_if(files.begin(), files.end(), [&](const ShaderText& f) {
+        return std::string_view(f.name) == name;
+    });
+    return found == files.end() ? nullptr : &*found;
+}
+
+/// The first error of the compiler's log as one line for the user.
+std::string explain(const Metric& metric, std::string_view log) {
+    constexpr std::string_view kError = "ERROR: ";
+    constexpr std::string_view kNoBody = "No function definition (body) found:";
+    if (log.find(kNoBody) != std::string_view::npos) {
+        for (const auto& function : functions(metric)) {
+            if (log.find(fmt::format("    {}(", function.name)) != std::string_view::npos) {
+                return fmt::format(
+                    "{}: there is no \"{}\"{}", metric.file, function.declaration,
+                    function.name != kDifference.name ? ""
+                    : metric.has_bound()
+                        ? ", which a metric with a degree needs (leave the degree out for a "
+                          "difference of two colours)"
+                        : ", which a metric without a degree needs (\"// degree: 2\" declares that "
+                          "it is float difference(float d) of each channel)");
+            }
+        }
+    }
+    if (log.find("Recursion detected") != std::string_view::npos) {
+        return fmt::format(
+            "{}: a function calls itself, or others that call it: GLSL has no "
+            "recursion",
+            metric.file);
+    }
+    const auto first = log.find(kError);
+    if (first == std::string_view::npos) {
+        return fmt::format("{}: the compiler refuses it without a reason", metric.file);
+    }
+    auto line = log.substr(first + kError.size());
+    line = line.substr(0, line.find('\n'));
+    std::string what_to_do;
+    if (line.find("global const initializers must be constant") != std::string_view::npos) {
+        what_to_do =
+            ": what is computed from a parameter, or by a function of the file, belongs into the "
+            "function that uses it";
+    } else if (line.find("array size must be a constant") != std::string_view::npos) {
+        what_to_do = ", and a parameter is none";
+    }
+    if (line.starts_with(kText + ":")) {
+        return metric.file + std::string(line.substr(kText.size())) + what_to_do;
+    }
+    return fmt::format("{} cannot be compiled: {}", metric.file, line);
+}
+
+/// The text of a user's file without its macros, so that they end with it.
+std::string preprocessed(const Metric& metric) {
+    const auto library_only = [](std::string_view name, std::string_view) {
+        return name.starts_with("lib/") ? find_file(name) : nullptr;
+    };
+    std::string text;
+    try {
+        text = device::preprocess_shader({kText, metric.source}, library_only);
+    } catch (const device::ShaderRefused& refused) {
+        throw InputError(explain(metric, refused.what()));
+    }
+    if (text.size() > kMostBytes) {
+        throw InputError(
+            fmt::format("{}: its macros make more than {} bytes of it", metric.file, kMostBytes));
+    }
+    check_metric_words(text, kText, metric.file);
+    return text;
+}
+
+}  // namespace
+
+MetricKernels compile_kernels(const Metric& metric) {
+    const bool is_checked = metric.is_checked();
+    const std::array<ShaderText, 2> text = {
+        ShaderText{"parameters", parameters_text(metric)},
+        ShaderText{kText, is_checked ? preprocessed(metric) : metric.source}};
+    std::string preamble = is_checked ? "#define GUARDED\n" : "";
+    if (metric.has_bound()) {
+        const auto slash = metric.header.degree_text.find('/');
+        preamble += fmt::format(
+            "#define DEGREE_NUMERATOR {}\n#define DEGREE_DENOMINATOR {}\n",
+            metric.header.degree_text.substr(0, slash),
+            slash == std::string::npos ? "1" : metric.header.degree_text.substr(slash + 1));
+    }
+    const auto any_file = [](std::string_view name, std::string_view) { return find_file(name); };
+    const auto compile = [&](const char* stage, bool has_metric) {
+        const auto* const shader = find_file(fmt::format("framework/{}.comp", stage));
+        spirv::Module module;
+        try {
+            module = spirv::Module(device::compile_shader(
+                *shader, preamble, any_file,
+                has_metric ? std::span(text) : std::span<const ShaderText>()));
+        } catch (const device::ShaderRefused& refused) {
+            throw InputError(explain(metric, refused.what()));
+        }
+        if (has_metric && is_checked) {
+            fix_parameters(module);
+            guard_metric_code(module, check_metric_code(module, metric.file, kText));
+        }
+        return module.words();
+    };
+    const auto compile_if = [&](bool needed, const char* stage, bool has_metric) {
+        return needed ? compile(stage, has_metric) : std::vector<std::uint32_t>();
+    };
+    return {.weigh = compile_if(!metric.has_twin(), "weigh", true),
+            .prepare = compile_if(!metric.has_twin(), "prepare", true),
+            .difference =
+                metric.has_bound() ? compile("difference", false) : compile("any_difference", true),
+            .norms = compile_if(metric.has_norms(), "norms", false),
+            .ranges = compile_if(metric.has_slopes(), "ranges", false),
+            .slopes = compile_if(metric.has_slopes(), "slopes", false),
+            .check = compile_if(is_checked, "check", true)};
+}
+
+}  // namespace merl::engine

@@ -1,0 +1,155 @@
+#include "scan/pairs/count.h"
+
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_reduce.h>
+
+#include <algorithm>
+#include <cstddef>
+#include <functional>
+#include <utility>
+#include <vector>
+
+// One binary for every x86-64 processor that still uses the widest vectors it finds. The variant is
+// picked at load time, which glibc can do, and where ThreadSanitizer crashes.
+#if defined(__x86_64__) && defined(__GLIBC__) && !defined(__clang__) && \
+    !defined(__SANITIZE_THREAD__)
+#define MERL_SCAN_WIDEST_VECTORS __attribute__((target_clones("avx512f", "avx2", "default")))
+#else
+#define MERL_SCAN_WIDEST_VECTORS
+#endif
+
+namespace merl::scan {
+namespace {
+
+/// Sums over configurations; a tie in both metrics counts in all three kinds of tie.
+struct Tally {
+    std::uint64_t disagreements = 0;
+    std::uint64_t tied_first = 0;
+    std::uint64_t tied_second = 0;
+    std::uint64_t tied_both = 0;
+
+    Tally operator+(const Tally& other) const {
+        return {disagreements + other.disagreements, tied_first + other.tied_first,
+                tied_second + other.tied_second, tied_both + other.tied_both};
+    }
+};
+
+Counts classify(const Tally& tally, std::uint64_t configurations) {
+    const std::uint64_t tied_first_only = tally.tied_first - tally.tied_both;
+    const std::uint64_t tied_second_only = tally.tied_second - tally.tied_both;
+    return {configurations, tally.disagreements - tied_first_only - tied_second_only,
+            tied_first_only, tied_second_only, tally.tied_both};
+}
+
+/// The configurations of one pair with `count` others.
+MERL_SCAN_WIDEST_VECTORS
+Tally tally_row(double d1, double d2, const double* first, const double* second,
+                std::size_t count) {
+    Tally tally;
+    for (std::size_t b = 0; b < count; ++b) {
+        // Without a branch, and in 64-bit integers as wide as the distances, so that it vectorises.
+        const std::uint64_t less_1 = d1 < first[b] ? 1 : 0;
+        const std::uint64_t less_2 = d2 < second[b] ? 1 : 0;
+        const std::uint64_t greater_1 = d1 > first[b] ? 1 : 0;
+        const std::uint64_t greater_2 = d2 > second[b] ? 1 : 0;
+        const std::uint64_t equal_1 = 1 ^ (less_1 | greater_1);
+        const std::uint64_t equal_2 = 1 ^ (less_2 | greater_2);
+        tally.disagreements += (less_1 ^ less_2) | (greater_1 ^ greater_2);
+        tally.tied_first += equal_1;
+        tally.tied_second += equal_2;
+        tally.tied_both += equal_1 & equal_2;
+    }
+    return tally;
+}
+
+/// A pair of materials as its two distances.
+using Point = std::pair<double, double>;
+
+/// Number of pairs of equal elements in a sorted range, that is the sum of t(t-1)/2 over its runs.
+template <typename Range, typename Equal>
+std::uint64_t count_ties(const Range& sorted, Equal equal) {
+    std::uint64_t ties = 0;
+    std::uint64_t run = 0;
+    for (std::size_t i = 1; i < sorted.size(); ++i) {
+        run = equal(sorted[i - 1], sorted[i]) ? run + 1 : 0;
+        ties += run;
+    }
+    return ties;
+}
+
+/// Sorts by merging; returns how many pairs of elements were in strictly descending order.
+std::uint64_t sort_counting_inversions(std::vector<double>& values) {
+    std::uint64_t inversions = 0;
+    const std::size_t size = values.size();
+    std::vector<double> merged(size);
+    for (std::size_t width = 1; width < size; width *= 2) {
+        for (std::size_t begin = 0; begin < size; begin += 2 * width) {
+            const std::size_t middle = std::min(begin + width, size);
+            const std::size_t end = std::min(middle + width, size);
+            std::size_t left = begin;
+            std::size_t right = middle;
+            std::size_t out = begin;
+            while (left < middle && right < end) {
+                // No branch on the data: it would be mispredicted every other time.
+                const bool take_right = values[right] < values[left];
+                merged[out++] = take_right ? values[right] : values[left];
+                inversions += take_right ? middle - left : 0;
+                right += take_right ? 1 : 0;
+                left += take_right ? 0 : 1;
+            }
+            const auto at = [](std::vector<double>& v, std::size_t i) {
+                return v.begin() + static_cast<std::ptrdiff_t>(i);
+            };
+            const auto rest = std::copy(at(values, left), at(values, middle), at(merged, out));
+            std::copy(at(values, right), at(values, end), rest);
+        }
+        values.swap(merged);
+    }
+    return inversions;
+}
+
+}  // namespace
+
+Counts count_by_streaming(const Distances& distances) {
+    distances.validate();
+    const std::size_t pairs = distances.pairs();
+    const double* first = distances.first.data();
+    const double* second = distances.second.data();
+    const Tally tally = tbb::parallel_reduce(
+        tbb::blocked_range<std::size_t>(0, pairs, 16), Tally(),
+        [=](const tbb::blocked_range<std::size_t>& rows, Tally sum) {
+            for (std::size_t a = rows.begin(); a < rows.end(); ++a) {
+                sum = sum +
+                      tally_row(first[a], second[a], first + a + 1, second + a + 1, pairs - a - 1);
+            }
+            return sum;
+        },
+        std::plus<>());
+    return classify(tally, distances.configurations());
+}
+
+Counts count_by_inversions(const Distances& distances) {
+    distances.validate();
+    std::vector<Point> points(distances.pairs());
+    for (std::size_t i = 0; i < points.size(); ++i) {
+        points[i] = {distances.first[i], distances.second[i]};
+    }
+    std::ranges::sort(points);
+
+    // Within a tie of the first metric the second ascends, so that a tie adds no inversion.
+    std::vector<double> second(points.size());
+    std::ranges::transform(points, second.begin(), &Point::second);
+    const std::uint64_t discordant = sort_counting_inversions(second);
+
+    Counts counts;
+    counts.configurations = distances.configurations();
+    counts.discordant = discordant;
+    counts.tied_both = count_ties(points, std::equal_to<>());
+    counts.tied_first_only =
+        count_ties(points, [](const Point& a, const Point& b) { return a.first == b.first; }) -
+        counts.tied_both;
+    counts.tied_second_only = count_ties(second, std::equal_to<>()) - counts.tied_both;
+    return counts;
+}
+
+}  // namespace merl::scan

@@ -1,0 +1,39 @@
+#pragma once
+
+#include <cstdint>
+
+#include "scan/pairs/pairs.h"
+
+namespace merl::scan {
+
+/// How two metrics order all configurations; the five classes exclude each other and are the inputs
+/// of Kendall's tau-b. Numbers are exact, so they do not depend on the number of threads.
+struct Counts {
+    std::uint64_t configurations = 0;
+    std::uint64_t discordant = 0;        ///< ordered one way by one metric, the other by the other
+    std::uint64_t tied_first_only = 0;   ///< tied in the first metric, not in the second
+    std::uint64_t tied_second_only = 0;  ///< tied in the second metric, not in the first
+    std::uint64_t tied_both = 0;
+
+    std::uint64_t disagreements() const { return discordant + tied_first_only + tied_second_only; }
+    std::uint64_t concordant() const { return configurations - disagreements() - tied_both; }
+    /// Disagreements over configurations; 0 where there are none.
+    double disagreement_rate() const {
+        return configurations == 0
+                   ? 0.0
+                   : static_cast<double>(disagreements()) / static_cast<double>(configurations);
+    }
+    bool operator==(const Counts&) const = default;
+};
+
+/// Looks at every configuration once: O(P^2) comparisons, vectorised, on the threads of the
+/// caller's arena. Throws std::invalid_argument for bad distances.
+Counts count_by_streaming(const Distances& distances);
+
+/// The same numbers without looking at configurations: sorts by the first metric and counts the
+/// inversions of the second while merging (W. R. Knight, "A Computer Method for Calculating
+/// Kendall's Tau with Ungrouped Data", JASA 61, 1966). O(P log P), one thread. Throws
+/// std::invalid_argument for bad distances.
+Counts count_by_inversions(const Distances& distances);
+
+}  // namespace merl::scan

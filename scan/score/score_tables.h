@@ -1,0 +1,18 @@
+#pragma once
+
+#include "scan/score/score.h"
+
+namespace merl::scan {
+
+// The CSV tables of `score`, written as those of tables.h are. Figures that are not determined are
+// empty; infinite slopes are inf and -inf.
+
+/// metric,majorities,majorities_low,majorities_high,votes,…,slope,…,log_likelihood_per_vote,…,
+/// log_likelihood,ties,undecided,zero_distances: one row a metric, in the order of the score.
+void write_scores(int file, const Score& score);
+
+/// metric_1,metric_2,right_1,right_2,p_value,p_holm,difference,difference_low,difference_high: one
+/// row a pair of metrics.
+void write_pair_scores(int file, const Score& score);
+
+}  // namespace merl::scan

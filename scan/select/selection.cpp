@@ -1,0 +1,26 @@
+#include "scan/select/selection.h"
+
+#include "scan/select/participation.h"
+#include "scan/select/search.h"
+
+namespace merl::scan {
+
+std::vector<Configuration> select_configurations(const Distances& distances, std::uint32_t select,
+                                                 std::uint32_t per_material) {
+    DisagreementSearch search(distances);
+    Participation participation(distances.materials(), per_material);
+    std::vector<Configuration> chosen;
+    while (chosen.size() < select && per_material > 0) {
+        // Pairs of a material that has taken part often enough are dropped, so whatever the search
+        // still yields is to be taken.
+        const auto found = search.next();
+        if (!found) {
+            break;
+        }
+        chosen.push_back(*found);
+        participation.take(*found, search);
+    }
+    return chosen;
+}
+
+}  // namespace merl::scan

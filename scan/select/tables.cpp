@@ -1,0 +1,168 @@
+#include "scan/select/tables.h"
+
+#include <fmt/format.h>
+#include <tbb/parallel_for.h>
+#include <tbb/parallel_pipeline.h>
+#include <tbb/task_arena.h>
+
+#include <algorithm>
+#include <cstddef>
+#include <functional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "scan/io/csv.h"
+
+namespace merl::scan {
+namespace {
+
+/// Rows of a chunk: enough that handing it on costs nothing, few enough to stay in the cache.
+constexpr std::size_t chunk_rows = 2048;
+
+/// The rows from `begin` to before `end`, and their text once they are formatted.
+struct Chunk {
+    std::size_t begin = 0;
+    std::size_t end = 0;
+    std::string text;
+};
+
+/// Writes rows 0 to count-1 in order; `append` appends the text of one row, on any thread.
+void write_rows(int file, std::size_t count,
+                const std::function<void(std::string& text, std::size_t row)>& append,
+                const std::function<void(double share)>& progress = {}) {
+    // The pipeline passes pointers into this ring: oneTBB loses what its tokens own when a filter
+    // throws. A chunk is free again when its turn comes, as no more are under way than there are
+    // and they leave in order.
+    std::vector<Chunk> ring(2 * static_cast<std::size_t>(tbb::this_task_arena::max_concurrency()));
+    std::size_t taken = 0;
+    const auto take = [&](tbb::flow_control& control) -> Chunk* {
+        const std::size_t begin = taken * chunk_rows;
+        if (begin >= count) {
+            control.stop();
+            return nullptr;
+        }
+        Chunk& chunk = ring[taken++ % ring.size()];
+        chunk.begin = begin;
+        chunk.end = std::min(begin + chunk_rows, count);
+        return &chunk;
+    };
+    const auto format = [&](Chunk* chunk) {
+        chunk->text.clear();
+        for (std::size_t row = chunk->begin; row < chunk->end; ++row) {
+            append(chunk->text, row);
+        }
+        return chunk;
+    };
+    const auto write = [&](Chunk* chunk) {
+        write_all(file, chunk->text);
+        if (progress) {
+            progress(static_cast<double>(chunk->end) / static_cast<double>(count));
+        }
+    };
+    tbb::parallel_pipeline(
+        ring.size(), tbb::make_filter<void, Chunk*>(tbb::filter_mode::serial_in_order, take) &
+                         tbb::make_filter<Chunk*, Chunk*>(tbb::filter_mode::parallel, format) &
+                         tbb::make_filter<Chunk*, void>(tbb::filter_mode::serial_in_order, write));
+}
+
+/// The fields of a pair, ready to be put into a row.
+struct PairText {
+    std::string names;
+    std::string first;
+    std::string second;
+};
+
+PairText text_of(const Distances& distances, std::uint32_t index) {
+    const Pair pair = pair_at(index, distances.materials());
+    PairText text{
+        csv_field(distances.names[pair.first]) + ',' + csv_field(distances.names[pair.second]),
+        {},
+        {}};
+    append_number(text.first, distances.first[index]);
+    append_number(text.second, distances.second[index]);
+    return text;
+}
+
+void append_row(std::string& out, const PairText& left, const PairText& right, double agreement) {
+    for (const std::string* field :
+         {&left.names, &right.names, &left.first, &right.first, &left.second, &right.second}) {
+        out += *field;
+        out += ',';
+    }
+    append_number(out, agreement);
+    out += '\n';
+}
+
+std::string configuration_header(const Distances& distances) {
+    const auto field = [](const std::string& metric, std::string_view side) {
+        return csv_field(fmt::format("{}_{}", metric, side));
+    };
+    return fmt::format(
+        "left_1,left_2,right_1,right_2,{},{},{},{},agreement\n",
+        field(distances.first_metric, "left"), field(distances.first_metric, "right"),
+        field(distances.second_metric, "left"), field(distances.second_metric, "right"));
+}
+
+}  // namespace
+
+void write_pairs(int file, const Distances& distances) {
+    distances.validate();
+    const auto& d = distances;
+    const bool bounded = !d.first_bounds.empty() && !d.second_bounds.empty();
+    std::string header =
+        "material_1,material_2," + csv_field(d.first_metric) + ',' + csv_field(d.second_metric);
+    for (const auto* column : {"_bound", "_precision"}) {
+        for (const auto& metric : {d.first_metric, d.second_metric}) {
+            header += bounded ? ',' + csv_field(metric + column) : "";
+        }
+    }
+    write_all(file, header + '\n');
+    write_rows(file, distances.pairs(), [&](std::string& text, std::size_t row) {
+        const PairText pair = text_of(distances, static_cast<std::uint32_t>(row));
+        text += pair.names + ',' + pair.first + ',' + pair.second;
+        if (bounded) {
+            for (const double bound : {d.first_bounds[row], d.second_bounds[row]}) {
+                text += ',';
+                append_number(text, bound);
+            }
+            for (const double bound : {d.first_bounds[row], d.second_bounds[row]}) {
+                text += bound == 0 ? ",float64" : ",float32";
+            }
+        }
+        text += '\n';
+    });
+}
+
+void write_disagreements(int file, const Distances& distances,
+                         std::span<const Configuration> configurations,
+                         const std::function<void(double share)>& progress) {
+    distances.validate();
+    write_all(file, configuration_header(distances));
+
+    std::vector<PairText> pairs(distances.pairs());
+    tbb::parallel_for(std::uint32_t{0}, distances.pairs(),
+                      [&](std::uint32_t pair) { pairs[pair] = text_of(distances, pair); });
+    write_rows(
+        file, configurations.size(),
+        [&](std::string& text, std::size_t row) {
+            const auto& [left, right, agreement] = configurations[row];
+            append_row(text, pairs[left], pairs[right], agreement);
+        },
+        progress);
+}
+
+void write_selection(int file, const Distances& distances,
+                     std::span<const Configuration> configurations) {
+    distances.validate();
+    std::string text = "rank," + configuration_header(distances);
+    std::size_t rank = 0;
+    for (const auto& [left, right, agreement] : configurations) {
+        text += fmt::format("{},", ++rank);
+        append_row(text, text_of(distances, left), text_of(distances, right), agreement);
+    }
+    write_all(file, text);
+}
+
+}  // namespace merl::scan

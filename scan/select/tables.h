@@ -1,0 +1,34 @@
+#pragma once
+
+#include <functional>
+#include <span>
+
+#include "scan/pairs/agreement.h"
+#include "scan/pairs/pairs.h"
+
+namespace merl::scan {
+
+// The CSV tables of a scan. All write to an open file descriptor from where it stands, which may be
+// a pipe; UTF-8 or whatever the names are, one header line, LF line ends, numbers in the fewest
+// digits that read back the same. D1 and D2 stand for the metric names. They throw
+// std::system_error when writing fails (a full disk) and std::invalid_argument for bad distances.
+// Opening, syncing and closing the file is the caller's.
+
+/// material_1,material_2,D1,D2 and, where bounds are known, D1_bound,D2_bound,D1_precision,
+/// D2_precision (float32, or float64 where the bound is 0): one row a pair, in pair order.
+void write_pairs(int file, const Distances& distances);
+
+/// left_1,left_2,right_1,right_2,D1_left,D1_right,D2_left,D2_right,agreement: one row a
+/// configuration, in the given order. Rows are formatted on the threads of the caller's arena while
+/// earlier ones are written; memory is bounded by what the pairs need, not by the rows.
+/// After every few thousand rows `progress` is called with the share that is written, on any thread
+/// but one at a time; what it throws ends the writing and comes out.
+void write_disagreements(int file, const Distances& distances,
+                         std::span<const Configuration> configurations,
+                         const std::function<void(double share)>& progress = {});
+
+/// rank, counted from 1, and the columns of write_disagreements.
+void write_selection(int file, const Distances& distances,
+                     std::span<const Configuration> configurations);
+
+}  // namespace merl::scan

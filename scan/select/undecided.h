@@ -1,0 +1,38 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "scan/pairs/pairs.h"
+
+namespace merl::scan {
+
+/// Pairs, ascending, whose distance must be known exactly before a decision stands.
+struct Refinement {
+    std::vector<std::uint32_t> first;   ///< under the first metric
+    std::vector<std::uint32_t> second;  ///< under the second
+
+    bool empty() const { return first.empty() && second.empty(); }
+};
+
+/// What must be recomputed exactly so that every sign of every configuration, and the selection
+/// with all its numbers and its order, are those of exact distances:
+///
+/// - every inexact distance whose interval [D - bound, D + bound] meets another one's: only those
+///   can be ordered otherwise. Loose ones (bound above a thousandth of the distance) come first,
+///   and what still meets another one without them;
+/// - both distances of every pair of the selection, and of the configurations whose agreement
+/// could,
+///   within the bounds, come before one of the selected.
+///
+/// Exact distances (bound 0) are never asked for again. After they are replaced the question is to
+/// be asked anew, for the selection may have changed; nothing is open any more after few rounds.
+/// Throws std::invalid_argument for bad distances or without bounds. O(P log P) and the search of
+/// the selection.
+Refinement to_refine(const Distances& distances, std::uint32_t select, std::uint32_t per_material);
+
+/// Configurations whose sign the bounds cannot decide under at least one metric. O(P log P),
+/// however many there are.
+std::uint64_t count_undecided(const Distances& distances);
+
+}  // namespace merl::scan

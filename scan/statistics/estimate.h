@@ -1,0 +1,26 @@
+#pragma once
+
+#include <span>
+#include <string>
+
+#include "scan/statistics/bootstrap.h"
+
+namespace merl::scan {
+
+/// A figure and its 95 % interval from a bootstrap.
+struct Estimate {
+    double value;
+    Interval interval;
+    std::string too_few = {};  ///< why there is no interval, where there is none
+};
+
+/// What there is too little of for an interval, as "judges: 3; expected 5 or more". Empty if there
+/// is enough of it.
+std::string too_few(std::uint64_t count, const char* things, std::uint64_t least = fewest_clusters);
+
+/// A figure with the percentile interval of its bootstrapped values; without one for the reason
+/// given, if it is not empty, and where there are fewer than fewest_replicates values or all of
+/// them are the same: that is no certainty, but the lack of anything that could differ.
+Estimate bootstrapped(double value, std::span<const double> values, const std::string& reason = {});
+
+}  // namespace merl::scan

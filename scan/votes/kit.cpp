@@ -1,0 +1,233 @@
+#include "scan/votes/kit.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <boost/random/uniform_int_distribution.hpp>
+#include <cmath>
+#include <numeric>
+#include <random>
+#include <set>
+#include <stdexcept>
+#include <utility>
+
+#include "engine/base/error.h"
+#include "scan/io/input.h"
+#include "scan/pairs/agreement.h"
+
+namespace merl::scan {
+namespace {
+
+/// What is drawn for; each has numbers of its own, so that one option does not change another's.
+enum class Purpose : std::uint32_t { sentinels = 1, random = 2, repeats = 3 };
+
+class Lots {
+  public:
+    Lots(std::uint64_t seed, Purpose purpose) {
+        std::seed_seq sequence{static_cast<std::uint32_t>(seed),
+                               static_cast<std::uint32_t>(seed >> 32U),
+                               static_cast<std::uint32_t>(purpose)};
+        random_.seed(sequence);
+    }
+
+    /// 0 to count - 1. The standard library's distribution may differ from one to the next.
+    std::size_t draw(std::size_t count) {
+        return boost::random::uniform_int_distribution<std::size_t>(0, count - 1)(random_);
+    }
+
+    template <typename T>
+    void shuffle(std::vector<T>& list) {
+        for (std::size_t left = list.size(); left > 1; --left) {
+            std::swap(list[left - 1], list[draw(left)]);
+        }
+    }
+
+  private:
+    std::mt19937_64 random_;
+};
+
+std::optional<std::uint32_t> pair_of(const std::string& one, const std::string& other,
+                                     const Distances& distances) {
+    const auto index = [&](const std::string& name) -> std::optional<std::uint32_t> {
+        const auto found = std::ranges::lower_bound(distances.names, name);
+        if (found == distances.names.end() || *found != name) {
+            return std::nullopt;
+        }
+        return static_cast<std::uint32_t>(found - distances.names.begin());
+    };
+    const auto a = index(one);
+    const auto b = index(other);
+    if (!a || !b || *a == *b) {
+        return std::nullopt;
+    }
+    return pair_index({std::min(*a, *b), std::max(*a, *b)}, distances.materials());
+}
+
+FourMaterials materials_of(std::uint32_t left, std::uint32_t right, const Distances& distances) {
+    const Pair l = pair_at(left, distances.materials());
+    const Pair r = pair_at(right, distances.materials());
+    const auto& names = distances.names;
+    return {names[l.first], names[l.second], names[r.first], names[r.second]};
+}
+
+/// 0 for the pair with the smallest distance; pairs at the same distance in pair order.
+std::vector<std::uint32_t> ranks_of(const std::vector<double>& values) {
+    std::vector<std::uint32_t> order(values.size());
+    std::iota(order.begin(), order.end(), 0U);
+    std::ranges::stable_sort(order, {}, [&](std::uint32_t pair) { return values[pair]; });
+    std::vector<std::uint32_t> ranks(values.size());
+    for (std::uint32_t rank = 0; rank < order.size(); ++rank) {
+        ranks[order[rank]] = rank;
+    }
+    return ranks;
+}
+
+/// So many of the pairs with the smallest keys.
+std::vector<std::uint32_t> smallest(const std::vector<std::uint32_t>& keys, std::size_t count) {
+    std::vector<std::uint32_t> pairs(keys.size());
+    std::iota(pairs.begin(), pairs.end(), 0U);
+    std::ranges::stable_sort(pairs, {}, [&](std::uint32_t pair) { return keys[pair]; });
+    pairs.resize(std::min(count, pairs.size()));
+    return pairs;
+}
+
+void add_sentinels(std::vector<PlannedTrial>& trials, const Distances& distances,
+                   const KitPlan& plan) {
+    constexpr std::size_t least = 20;
+    constexpr std::size_t one_in = 50;
+    const auto first = ranks_of(distances.first);
+    const auto second = ranks_of(distances.second);
+    std::vector<std::uint32_t> near(first.size());
+    std::vector<std::uint32_t> far(first.size());
+    for (std::size_t i = 0; i < first.size(); ++i) {
+        near[i] = std::max(first[i], second[i]);
+        far[i] = static_cast<std::uint32_t>(first.size()) - std::min(first[i], second[i]);
+    }
+    Lots lots(plan.seed, Purpose::sentinels);
+    const std::size_t candidates = std::max(least, first.size() / one_in);
+    auto closest = smallest(near, candidates);
+    auto farthest = smallest(far, candidates);
+    lots.shuffle(closest);
+    lots.shuffle(farthest);
+    std::set<std::uint32_t> taken;
+    std::uint32_t added = 0;
+    for (const auto close : closest) {
+        for (const auto distant : farthest) {
+            if (added == plan.sentinels) {
+                return;
+            }
+            const Pair c = pair_at(close, distances.materials());
+            const Pair d = pair_at(distant, distances.materials());
+            const std::set<std::uint32_t> four = {c.first, c.second, d.first, d.second};
+            const bool agree = distances.first[close] < distances.first[distant] &&
+                               distances.second[close] < distances.second[distant];
+            if (four.size() < 4 || !agree ||
+                std::ranges::any_of(four, [&](auto m) { return taken.contains(m); })) {
+                continue;
+            }
+            taken.insert(four.begin(), four.end());
+            const bool left = lots.draw(2) == 0;
+            trials.push_back({.configuration = trials.size() + 1,
+                              .kind = TrialKind::sentinel,
+                              .materials = left ? materials_of(close, distant, distances)
+                                                : materials_of(distant, close, distances),
+                              .expected = static_cast<std::uint8_t>(left ? 1 : 3),
+                              .agreement = std::nullopt});
+            ++added;
+            break;
+        }
+    }
+}
+
+void add_random(std::vector<PlannedTrial>& trials, const SelectionFile& selection,
+                const Distances& d, const KitPlan& plan) {
+    constexpr std::uint64_t most_draws = 10'000'000;
+    std::set<std::pair<std::uint32_t, std::uint32_t>> taken;
+    for (const auto& row : selection.configurations) {
+        const auto& m = row.materials;
+        taken.insert(std::minmax(*pair_of(m[0], m[1], d), *pair_of(m[2], m[3], d)));
+    }
+    Lots lots(plan.seed, Purpose::random);
+    std::uint32_t added = 0;
+    for (std::uint64_t draw = 0; draw < most_draws && added < plan.random && d.pairs() > 1;
+         ++draw) {
+        const auto a = static_cast<std::uint32_t>(lots.draw(d.pairs()));
+        const auto b = static_cast<std::uint32_t>(lots.draw(d.pairs()));
+        if (a == b || !disagree(d.first[a], d.first[b], d.second[a], d.second[b]) ||
+            !taken.insert(std::minmax(a, b)).second) {
+            continue;
+        }
+        const auto found = make_configuration(d, a, b);
+        trials.push_back({.configuration = trials.size() + 1,
+                          .kind = TrialKind::random,
+                          .materials = materials_of(found.left, found.right, d),
+                          .expected = 0,
+                          .agreement = found.agreement});
+        ++added;
+    }
+}
+
+}  // namespace
+
+void expect_same_scan(const SelectionFile& selection, const Distances& distances,
+                      const std::string& file) {
+    for (std::size_t i = 0; i < selection.configurations.size(); ++i) {
+        const auto& row = selection.configurations[i];
+        for (std::size_t side = 0; side < 2; ++side) {
+            const auto& one = row.materials[2 * side];
+            const auto& other = row.materials[2 * side + 1];
+            const auto pair = pair_of(one, other, distances);
+            if (!pair) {
+                throw InputError(
+                    fmt::format("{}: there is no pair \"{}\" and \"{}\", which is in "
+                                "row {} of {}; expected the pairs of the same scan",
+                                file, one, other, i + 1, selection.file));
+            }
+            if (distances.first[*pair] != row.first[side] ||
+                distances.second[*pair] != row.second[side]) {
+                throw InputError(fmt::format(
+                    "{}: \"{}\" and \"{}\" are at {} and {}, in row {} of {} at {} and {}; "
+                    "expected the pairs of the same scan",
+                    file, one, other, distances.first[*pair], distances.second[*pair], i + 1,
+                    selection.file, row.first[side], row.second[side]));
+            }
+        }
+    }
+}
+
+std::vector<PlannedTrial> plan_kit(const SelectionFile& selection, const Distances* distances,
+                                   const KitPlan& plan) {
+    if (distances == nullptr && (plan.sentinels > 0 || plan.random > 0)) {
+        throw std::invalid_argument("sentinels and random disagreements need distances");
+    }
+    std::vector<PlannedTrial> trials;
+    for (const auto& row : selection.configurations) {
+        trials.push_back({.configuration = trials.size() + 1,
+                          .kind = TrialKind::selection,
+                          .materials = row.materials,
+                          .expected = 0,
+                          .agreement = row.agreement});
+    }
+    if (plan.sentinels > 0) {
+        add_sentinels(trials, *distances, plan);
+    }
+    if (plan.random > 0) {
+        add_random(trials, selection, *distances, plan);
+    }
+    const std::size_t rows = selection.configurations.size();
+    std::vector<std::size_t> order(rows);
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    Lots(plan.seed, Purpose::repeats).shuffle(order);
+    const auto repeats =
+        static_cast<std::size_t>(std::ceil(static_cast<double>(rows) * plan.repeats / 100));
+    order.resize(std::min(rows, repeats));
+    std::ranges::sort(order);
+    for (const auto row : order) {
+        PlannedTrial repeat = trials[row];
+        repeat.kind = TrialKind::repeat;
+        trials.push_back(repeat);
+    }
+    return trials;
+}
+
+}  // namespace merl::scan

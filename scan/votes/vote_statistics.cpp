@@ -1,0 +1,401 @@
+#include "scan/votes/vote_statistics.h"
+
+#include <algorithm>
+#include <boost/math/distributions/binomial.hpp>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <set>
+
+#include "scan/statistics/crossed_bootstrap.h"
+#include "scan/statistics/krippendorff.h"
+#include "scan/statistics/sign_test.h"
+#include "scan/statistics/uniform_test.h"
+
+namespace merl::scan {
+namespace {
+
+constexpr double none = std::numeric_limits<double>::quiet_NaN();
+
+/// First looks: by judge and configuration, the vote with its sides undone.
+std::vector<std::vector<std::uint8_t>> first_looks(const Votes& votes) {
+    std::vector<std::vector<std::uint8_t>> sides(
+        votes.judges.size(), std::vector<std::uint8_t>(votes.configurations.size()));
+    for (std::size_t j = 0; j < votes.judges.size(); ++j) {
+        for (const auto& ballot : votes.judges[j].ballots) {
+            if (!ballot.repeat) {
+                sides[j][ballot.configuration] = ballot.side();
+            }
+        }
+    }
+    return sides;
+}
+
+/// The numbers of the materials of each configuration, each once, and how many there are.
+struct MaterialsOf {
+    std::vector<std::vector<std::uint32_t>> configurations;
+    std::uint32_t count = 0;
+};
+
+MaterialsOf number_materials(const Votes& votes, TrialKind kind) {
+    MaterialsOf result;
+    std::map<std::string, std::uint32_t> numbers;
+    for (const auto& configuration : votes.configurations) {
+        auto& list = result.configurations.emplace_back();
+        if (configuration.kind != kind) {
+            continue;
+        }
+        for (const auto& name : configuration.materials) {
+            const auto number =
+                numbers.emplace(name, static_cast<std::uint32_t>(numbers.size())).first->second;
+            if (std::ranges::find(list, number) == list.end()) {
+                list.push_back(number);
+            }
+        }
+    }
+    result.count = static_cast<std::uint32_t>(numbers.size());
+    return result;
+}
+
+class Statistics {
+  public:
+    Statistics(const Votes& votes, const BootstrapOptions& options,
+               const std::function<void(double share)>& progress)
+        : votes_(votes), options_(options), progress_(progress), looks_(first_looks(votes)) {}
+
+    VoteStatistics compute() const {
+        VoteStatistics result{};
+        add_configurations(result, TrialKind::selection);
+        add_configurations(result, TrialKind::random);
+        result.selection = overall(result, TrialKind::selection);
+        if (has(TrialKind::random)) {
+            result.random = overall(result, TrialKind::random);
+        }
+        result.alpha = alpha(result);
+        result.sentinels_known =
+            std::ranges::all_of(votes_.configurations, [](const auto& configuration) {
+                return configuration.kind != TrialKind::sentinel || configuration.expected != 0;
+            });
+        add_judges(result);
+        return result;
+    }
+
+  private:
+    /// The progress of one bootstrap of five: two of the selection, two of random configurations,
+    /// and alpha's.
+    std::function<void(double share)> next_part() const {
+        const int part = parts_++;
+        return [this, part](double share) {
+            if (progress_) {
+                progress_((part + share) / 5);
+            }
+        };
+    }
+
+    bool has(TrialKind kind) const {
+        return std::ranges::any_of(votes_.configurations,
+                                   [&](const auto& c) { return c.kind == kind; });
+    }
+
+    OptionCounts sides_of(std::uint32_t configuration) const {
+        OptionCounts sides;
+        for (const auto& judge : looks_) {
+            sides.add(judge[configuration]);
+        }
+        return sides;
+    }
+
+    void add_configurations(VoteStatistics& result, TrialKind kind) const {
+        const std::size_t begin = result.configurations.size();
+        std::vector<double> p_first;
+        std::vector<double> p_second;
+        std::map<std::uint64_t, UniformVotes> tests;
+        for (std::uint32_t k = 0; k < votes_.configurations.size(); ++k) {
+            if (votes_.configurations[k].kind != kind) {
+                continue;
+            }
+            result.configurations.push_back({.configuration = k,
+                                             .sides = sides_of(k),
+                                             .p_first = none,
+                                             .p_first_holm = none,
+                                             .p_second = none,
+                                             .p_second_holm = none});
+            auto& row = result.configurations.back();
+            const auto n = row.sides.answered();
+            if (n == 0) {
+                p_first.push_back(1);
+                p_second.push_back(1);
+                continue;
+            }
+            const auto& test = tests.try_emplace(n, static_cast<std::uint32_t>(n)).first->second;
+            const auto sum = row.sides.votes[0] + 2 * row.sides.votes[1] + 3 * row.sides.votes[2];
+            p_first.push_back(row.p_first = test.at_most(sum));
+            p_second.push_back(row.p_second = test.at_least(sum));
+        }
+        const auto first = holm(p_first);
+        const auto second = holm(p_second);
+        for (std::size_t i = begin; i < result.configurations.size(); ++i) {
+            auto& row = result.configurations[i];
+            if (row.sides.answered() > 0) {
+                row.p_first_holm = first[i - begin];
+                row.p_second_holm = second[i - begin];
+            }
+        }
+    }
+
+    /// The bootstrapped shares of the votes for one side on configurations of this kind.
+    std::vector<double> shares_drawn(TrialKind kind, const MaterialsOf& materials,
+                                     std::uint8_t side) const {
+        std::vector<CrossedValue> values;
+        for (std::uint32_t j = 0; j < looks_.size(); ++j) {
+            for (std::uint32_t k = 0; k < votes_.configurations.size(); ++k) {
+                if (votes_.configurations[k].kind == kind && looks_[j][k] != 0) {
+                    values.push_back({j, k, looks_[j][k] == side ? 1.0 : 0.0});
+                }
+            }
+        }
+        return crossed_bootstrap(values, static_cast<std::uint32_t>(looks_.size()),
+                                 materials.configurations, materials.count, options_, next_part());
+    }
+
+    OverallVotes overall(const VoteStatistics& result, TrialKind kind) const {
+        OverallVotes o{};
+        for (const auto& row : result.configurations) {
+            if (votes_.configurations[row.configuration].kind != kind) {
+                continue;
+            }
+            for (std::size_t option = 0; option < 3; ++option) {
+                o.sides.votes.at(option) += row.sides.votes.at(option);
+            }
+            o.sides.missing += row.sides.missing;
+            o.first_right += row.sides.votes[0] > row.sides.votes[2] ? 1 : 0;
+            o.second_right += row.sides.votes[0] < row.sides.votes[2] ? 1 : 0;
+        }
+        add_shares(o, kind);
+        for (std::size_t j = 0; j < looks_.size(); ++j) {
+            const auto sides = sides_of_judge(j, kind);
+            o.judges_first += sides.votes[0] > sides.votes[2] ? 1 : 0;
+            o.judges_second += sides.votes[0] < sides.votes[2] ? 1 : 0;
+        }
+        o.judges_p = sign_test(o.judges_first, o.judges_second);
+        return o;
+    }
+
+    /// Judges who voted on any configuration of a kind.
+    std::uint64_t judges_of(TrialKind kind) const {
+        std::uint64_t judges = 0;
+        for (std::size_t j = 0; j < looks_.size(); ++j) {
+            judges += sides_of_judge(j, kind).answered() > 0 ? 1 : 0;
+        }
+        return judges;
+    }
+
+    /// Why the votes on configurations of a kind are too few for intervals; empty if they are not.
+    std::string too_few_votes(TrialKind kind) const {
+        std::uint64_t configurations = 0;
+        std::set<std::string> materials;
+        for (std::uint32_t k = 0; k < votes_.configurations.size(); ++k) {
+            const auto& configuration = votes_.configurations[k];
+            if (configuration.kind == kind && sides_of(k).answered() > 0) {
+                ++configurations;
+                materials.insert(configuration.materials.begin(), configuration.materials.end());
+            }
+        }
+        for (const auto& reason :
+             {too_few(judges_of(kind), "judges"), too_few(configurations, "configurations"),
+              too_few(materials.size(), "materials")}) {
+            if (!reason.empty()) {
+                return reason;
+            }
+        }
+        return {};
+    }
+
+    /// Shares and lead. The same draws give all of them, and the other two follow from those of the
+    /// metrics.
+    void add_shares(OverallVotes& o, TrialKind kind) const {
+        const auto share = [&](std::size_t option) {
+            return static_cast<double>(o.sides.votes.at(option)) /
+                   static_cast<double>(o.sides.answered());
+        };
+        const std::string reason = too_few_votes(kind);
+        const auto materials = number_materials(votes_, kind);
+        const auto draw = [&](std::uint8_t side) {
+            return reason.empty() ? shares_drawn(kind, materials, side) : std::vector<double>();
+        };
+        const auto first = draw(1);
+        const auto second = draw(3);
+        const auto combine = [&](double constant, double of_first, double of_second) {
+            std::vector<double> values;
+            for (std::size_t i = 0; i < first.size(); ++i) {
+                values.push_back(constant + of_first * first[i] + of_second * second[i]);
+            }
+            return values;
+        };
+        const auto leads = combine(0, -1, 1);
+        o.shares = {within(0, bootstrapped(share(0), first, reason)),
+                    within(0, bootstrapped(share(1), combine(1, -1, -1), reason)),
+                    within(0, bootstrapped(share(2), second, reason))};
+        o.lead = within(-1, bootstrapped(share(2) - share(0), leads, reason));
+        o.p_value = p_of_lead(o.lead, leads, kind);
+    }
+
+    /// Draws that are as far from the votes as the votes are from no lead. However few draws these
+    /// are, judges who all agree may do so by chance: as with as many throws of a coin.
+    double p_of_lead(const Estimate& lead, const std::vector<double>& leads, TrialKind kind) const {
+        if (!lead.too_few.empty()) {
+            return none;
+        }
+        const auto far = std::ranges::count_if(
+            leads, [&](double x) { return std::abs(x - lead.value) >= std::abs(lead.value); });
+        return std::max(sign_test(judges_of(kind), 0),
+                        static_cast<double>(far + 1) / static_cast<double>(leads.size() + 1));
+    }
+
+    /// With an interval that does not go beyond what the figure can be, `least` to 1.
+    static Estimate within(double least, Estimate estimate) {
+        auto& [low, high] = estimate.interval;
+        if (estimate.too_few.empty()) {
+            low = std::clamp(low, least, 1.0);
+            high = std::clamp(high, least, 1.0);
+        }
+        return estimate;
+    }
+
+    OptionCounts sides_of_judge(std::size_t judge, TrialKind kind) const {
+        OptionCounts sides;
+        for (std::size_t k = 0; k < votes_.configurations.size(); ++k) {
+            if (votes_.configurations[k].kind == kind) {
+                sides.add(looks_[judge][k]);
+            }
+        }
+        return sides;
+    }
+
+    Estimate alpha(const VoteStatistics& result) const {
+        std::vector<UnitCounts> units;
+        for (const auto& row : result.configurations) {
+            if (votes_.configurations[row.configuration].kind == TrialKind::selection) {
+                const auto& votes = row.sides.votes;
+                units.push_back({static_cast<std::uint32_t>(votes[0]),
+                                 static_cast<std::uint32_t>(votes[1]),
+                                 static_cast<std::uint32_t>(votes[2])});
+            }
+        }
+        return ordinal_alpha(units, options_, next_part());
+    }
+
+    void add_judges(VoteStatistics& result) const {
+        std::vector<double> all_times;
+        for (std::size_t j = 0; j < votes_.judges.size(); ++j) {
+            JudgeVotes judge{};
+            judge.sides = sides_of_judge(j, TrialKind::selection);
+            std::vector<double> times;
+            for (const auto& ballot : votes_.judges[j].ballots) {
+                judge.trials.add(ballot.shown);
+                if (ballot.shown != 0) {
+                    look_at(ballot, j, judge);
+                    if (ballot.response_ms) {
+                        times.push_back(*ballot.response_ms);
+                    }
+                }
+            }
+            judge.bias.p_value = p_of(judge.bias);
+            judge.times = quartiles(times);
+            all_times.insert(all_times.end(), times.begin(), times.end());
+            add_up(judge, result);
+            result.judges.push_back(judge);
+        }
+        result.bias.p_value = p_of(result.bias);
+        result.times = quartiles(all_times);
+    }
+
+    static double p_of(const SideBias& bias) {
+        return bias.swapped == 0 ? none : sign_test(bias.shown.votes[0], bias.shown.votes[2]);
+    }
+
+    /// What an answered trial says about the judge.
+    void look_at(const Ballot& ballot, std::size_t j, JudgeVotes& judge) const {
+        const auto& configuration = votes_.configurations[ballot.configuration];
+        const auto check = [&](Checks& checks, std::uint8_t expected) {
+            ++checks.answered;
+            checks.passed += ballot.side() == expected ? 1 : 0;
+            checks.opposite += ballot.side() + expected == 4 && expected != 2 ? 1 : 0;
+        };
+        if (ballot.repeat && looks_[j][ballot.configuration] != 0) {
+            check(judge.repeats, looks_[j][ballot.configuration]);
+        }
+        if (configuration.kind == TrialKind::sentinel) {
+            if (!ballot.repeat && configuration.expected != 0) {
+                check(judge.sentinels, configuration.expected);
+            }
+            return;
+        }
+        judge.bias.shown.add(ballot.shown);
+        judge.bias.swapped += ballot.swapped ? 1 : 0;
+    }
+
+    static void add_up(const JudgeVotes& judge, VoteStatistics& result) {
+        for (std::size_t option = 0; option < 3; ++option) {
+            result.bias.shown.votes.at(option) += judge.bias.shown.votes.at(option);
+        }
+        result.bias.swapped += judge.bias.swapped;
+        for (auto [checks, all] :
+             {std::pair(&judge.repeats, &result.repeats), {&judge.sentinels, &result.sentinels}}) {
+            all->answered += checks->answered;
+            all->passed += checks->passed;
+            all->opposite += checks->opposite;
+        }
+    }
+
+    static ResponseTimes quartiles(const std::vector<double>& times) {
+        ResponseTimes result{.count = times.size(), .quartiles = {none, none, none}};
+        if (!times.empty()) {
+            std::vector<double> sorted = times;
+            std::ranges::sort(sorted);
+            result.quartiles = {quantile(sorted, 0.25), quantile(sorted, 0.5),
+                                quantile(sorted, 0.75)};
+        }
+        return result;
+    }
+
+    const Votes& votes_;
+    const BootstrapOptions& options_;
+    const std::function<void(double share)>& progress_;
+    mutable int parts_ = 0;  // of the bootstraps that have begun
+    std::vector<std::vector<std::uint8_t>> looks_;
+};
+
+}  // namespace
+
+void OptionCounts::add(std::uint8_t vote) {
+    if (vote == 0) {
+        ++missing;
+    } else {
+        ++votes.at(vote - 1U);
+    }
+}
+
+double OptionCounts::mean() const {
+    return static_cast<double>(votes[0] + 2 * votes[1] + 3 * votes[2]) /
+           static_cast<double>(answered());
+}
+
+Estimate Checks::share() const {
+    if (answered == 0) {
+        return {none, {none, none}};
+    }
+    using Binomial = boost::math::binomial_distribution<double>;
+    const auto n = static_cast<double>(answered);
+    const auto k = static_cast<double>(passed);
+    return {k / n,
+            {passed == 0 ? 0 : Binomial::find_lower_bound_on_p(n, k, 0.025),
+             passed == answered ? 1 : Binomial::find_upper_bound_on_p(n, k, 0.025)}};
+}
+
+VoteStatistics vote_statistics(const Votes& votes, const BootstrapOptions& options,
+                               const std::function<void(double share)>& progress) {
+    return Statistics(votes, options, progress).compute();
+}
+
+}  // namespace merl::scan

@@ -1,0 +1,69 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "engine/base/error.h"
+#include "scan/votes/selection_file.h"
+#include "scan/votes/vote_file.h"
+#include "scan/votes/vote_kit.h"
+
+namespace merl::scan {
+
+/// A configuration that judges were asked about.
+struct JudgedConfiguration {
+    std::uint64_t number;  ///< rank in the selection, or what the kit calls it
+    TrialKind kind;        ///< selection, sentinel or random
+    FourMaterials materials;
+    std::optional<double> agreement;
+    std::uint8_t expected;  ///< of a sentinel: 1 or 3; 0 where it is not known
+};
+
+/// What one judge did in one trial.
+struct Ballot {
+    std::uint32_t configuration;  ///< index in Votes::configurations
+    bool repeat;                  ///< the judge's second look at it
+    bool swapped;
+    std::uint8_t shown;  ///< 1, 2 or 3 as on the screen, 0 not answered
+    std::optional<double> response_ms;
+
+    /// The vote with the screen's sides undone: 1 the first metric's side, 2 equal, 3 the second's,
+    /// 0 not answered.
+    std::uint8_t side() const {
+        return swapped && shown != 0 ? static_cast<std::uint8_t>(4 - shown) : shown;
+    }
+};
+
+struct Judge {
+    std::string name;
+    std::string file;
+    std::vector<Ballot> ballots;  ///< every trial of the experiment, those without a row last
+};
+
+/// The votes of all judges on one selection.
+struct Votes {
+    std::string first_metric;
+    std::string second_metric;
+    std::string kit_hash;
+    bool with_kit;                                    ///< kit.json was there to check against
+    std::vector<JudgedConfiguration> configurations;  ///< the selection's, then by number
+    std::vector<Judge> judges;                        ///< in the order of the files
+    std::uint64_t trials;                             ///< of each judge
+    std::vector<std::string> warnings = {};           ///< saves not counted, one line each
+};
+
+/// Puts the judges' files together and checks them: every file has the same kit hash (that of the
+/// kit, if there is one), and of several saves of a judge (judge_name.h) the fullest, which has all
+/// answers of the others, counts; every row shows the pairs of its configuration on the
+/// sides that `swapped` says, and is a trial of the kit. Trials of the kit without a row count as
+/// not answered; without a kit these are those of the selection and whatever another judge has.
+///
+/// `selection_hash` is the hash of selection.csv, which a kit must have been made from. Throws
+/// InputError that names file and line.
+Votes gather_votes(const SelectionFile& selection, const std::string& selection_hash,
+                   const VoteKit* kit, std::span<const VoteFile> files);
+
+}  // namespace merl::scan

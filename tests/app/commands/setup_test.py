@@ -1,0 +1,43 @@
+"""scripts/setup.sh where it cannot install anything: a line says what is to be done."""
+
+import os
+import pathlib
+import shutil
+import subprocess
+
+import support
+from support import Case
+
+SETUP = pathlib.Path(__file__).parents[3] / "scripts" / "setup.sh"
+
+
+class Setup(Case):
+    def refused(self, **programs):
+        """The line it ends with where there are only these programs, with these texts."""
+        there = self.work / "bin"
+        shutil.rmtree(there, ignore_errors=True)
+        there.mkdir()
+        for name in "bash", "env", "dirname", "grep":
+            (there / name).symlink_to(shutil.which(name))
+        for name, text in programs.items():
+            program = there / name.replace("_", "-")
+            program.write_text(f"#!/usr/bin/env bash\n{text}\n")
+            program.chmod(0o755)
+        result = subprocess.run([there / "bash", SETUP], env={"PATH": os.fspath(there)},
+                                capture_output=True, text=True, check=False)
+        self.assertEqual((result.returncode, result.stdout), (1, ""))
+        return self.only_line(result.stderr)
+
+    def test_without_sudo(self):
+        line = self.refused(dpkg_query="exit 1", apt_get="exit 1", id="echo 1000")
+        for word in "sudo", "root", "apt-get install", "glslang-dev", "chromium", "libfmt-dev":
+            self.assertIn(word, line)
+
+    def test_without_apt(self):
+        line = self.refused(id="echo 0")
+        for word in "no Debian", "libvulkan-dev", "cmake --preset release":
+            self.assertIn(word, line)
+
+
+if __name__ == "__main__":
+    support.main()

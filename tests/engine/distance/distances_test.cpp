@@ -1,0 +1,297 @@
+#include "engine/distance/distances.h"
+
+#include <gtest/gtest.h>
+#include <tbb/global_control.h>
+
+#include <cmath>
+#include <string>
+
+#include "engine/database/abc_database.h"
+#include "engine/distance/float64_distances.h"
+#include "tests/engine/support.h"
+
+namespace merl::engine {
+namespace {
+
+using test::FunctionDatabase;
+
+/// Metrics of every degree, and without one; below the horizon only those whose weight means
+/// something there.
+std::vector<const Metric*> some_metrics(VoxelSet voxels = VoxelSet::above_horizon) {
+    std::vector<const Metric*> all;
+    if (voxels == VoxelSet::all) {
+        return {&find_metric("rmse"), &framework_test_metrics()[0]};
+    }
+    for (const char* name : {"cosine-rmse", "cwcbrt", "pawcielab", "rmse"}) {
+        all.push_back(&find_metric(name));
+    }
+    for (const auto& metric : framework_test_metrics()) {
+        all.push_back(&metric);
+    }
+    return all;
+}
+
+std::vector<MaterialPair> all_pairs(std::size_t materials) {
+    std::vector<MaterialPair> pairs;
+    for (std::uint32_t i = 0; i < materials; ++i) {
+        for (std::uint32_t j = i + 1; j < materials; ++j) {
+            pairs.emplace_back(i, j);
+        }
+    }
+    return pairs;
+}
+
+/// Distances of shaders and of the host against the float64 twins, at sizes that divide nothing.
+void expect_as_reference(device::Context& context, const Grid& grid, std::size_t materials,
+                         VoxelSet voxels) {
+    const FunctionDatabase database(grid, materials, test::random_sample);
+    const auto chosen = some_metrics(voxels);
+    const auto pairs = all_pairs(materials);
+    for (const bool shaders_only : {false, true}) {
+        const auto result = compute_distances(context, database, chosen,
+                                              {.voxels = voxels, .shaders_only = shaders_only});
+        EXPECT_NE(result.plan.on_host(*chosen[0]), shaders_only);
+        for (std::size_t m = 0; m < chosen.size(); ++m) {
+            const auto expected = float64_distances(database, *chosen[m], pairs, voxels);
+            ASSERT_EQ(result.distances[m].values.size(), pairs.size());
+            for (std::size_t p = 0; p < pairs.size(); ++p) {
+                EXPECT_NEAR(result.distances[m].values[p] / expected[p], 1, 2e-6)
+                    << chosen[m]->name << " " << pairs[p].first << " " << pairs[p].second << " of "
+                    << materials << ", " << grid.text() << (shaders_only ? ", shaders" : "");
+            }
+        }
+    }
+}
+
+TEST(Distances, AgreeWithTheReferenceAtAwkwardSizes) {
+    const Grid small = {.theta_h = 7, .theta_d = 5, .phi_d = 3};
+    const Grid middle = {
+        .theta_h = 13, .theta_d = 11, .phi_d = 17};  // several blocks, the last cut
+    for (const auto voxels : {VoxelSet::above_horizon, VoxelSet::all}) {
+        for (const std::size_t materials : {2, 10, 13, 21}) {
+            expect_as_reference(test::lavapipe(), small, materials, voxels);
+            expect_as_reference(test::lavapipe(), middle, materials, voxels);
+        }
+    }
+}
+
+/// A library metric as if it were a user's: its grids are made on the device.
+Metric without_twin(Metric metric) {
+    metric.twin = {};
+    return metric;
+}
+
+/// What computes: all of it the host, grids only, or nothing.
+enum class Way { host, host_grids, device };
+
+/// Of the whole library.
+void expect_library_as_reference(Way way) {
+    const auto database = make_abc_database({.theta_h = 12, .theta_d = 11, .phi_d = 23});
+    std::vector<Metric> library(metrics().begin(), metrics().end());
+    library.push_back(open_metric("sun-log2:epsilon=0.5"));
+    library.push_back(open_metric("ngan:largest_angle=80"));
+    std::vector<Metric> computed;
+    std::vector<const Metric*> chosen;
+    for (const auto& metric : library) {
+        computed.push_back(way == Way::device ? without_twin(metric) : metric);
+    }
+    for (const auto& metric : computed) {
+        chosen.push_back(&metric);
+    }
+    const auto result = compute_distances(test::lavapipe(), *database, chosen,
+                                          {.shaders_only = way == Way::host_grids});
+    const auto pairs = all_pairs(100);
+    std::vector<MaterialPair> some;
+    for (std::size_t p = 0; p < pairs.size(); p += 97) {
+        some.push_back(pairs[p]);
+    }
+    for (std::size_t m = 0; m < chosen.size(); ++m) {
+        const auto expected = float64_distances(*database, library[m], some);
+        // Without a degree the difference is what float32 and the device's functions make of it.
+        const double allowed = chosen[m]->has_bound() ? 2e-6 : 1e-4;
+        for (std::size_t p = 0; p < some.size(); ++p) {
+            EXPECT_NEAR(result.distances[m].values[97 * p] / expected[p], 1, allowed)
+                << chosen[m]->name << " " << p;
+        }
+    }
+}
+
+TEST(Distances, OfTheWholeLibraryAgreeWithItsTwins) {
+    expect_library_as_reference(Way::host);
+}
+
+TEST(Distances, OfTheWholeLibraryAgreeWithItsTwinsInShaders) {
+    expect_library_as_reference(Way::host_grids);
+}
+
+TEST(Distances, OfTheWholeLibraryAgreeWithItsTwinsWhenTheDeviceMakesTheGrids) {
+    expect_library_as_reference(Way::device);
+}
+
+TEST(Distances, AgreeWithTheReferenceThroughStagingBuffers) {
+    expect_as_reference(test::lavapipe_with_staging(), {.theta_h = 13, .theta_d = 11, .phi_d = 17},
+                        13, VoxelSet::above_horizon);
+}
+
+TEST(Distances, ASingleVoxelIsEnough) {
+    expect_as_reference(test::lavapipe(), {.theta_h = 1, .theta_d = 1, .phi_d = 1}, 2,
+                        VoxelSet::all);
+}
+
+TEST(Distances, DoNotDependOnSlabSizeStagingOrThreads) {
+    const FunctionDatabase database({.theta_h = 30, .theta_d = 20, .phi_d = 24}, 13,
+                                    test::random_sample);
+    auto chosen = some_metrics();
+    const Metric of_a_user = without_twin(find_metric("cwcbrt"));
+    chosen.push_back(&of_a_user);
+    for (const bool shaders_only : {false, true}) {
+        const auto whole =
+            compute_distances(test::lavapipe(), database, chosen, {.shaders_only = shaders_only});
+        ASSERT_GT(whole.plan.slabs, 1U);
+        for (const std::uint64_t memory : {6'000'000U, 9'000'000U}) {
+            for (const std::size_t threads : {1U, 2U, 5U}) {
+                const tbb::global_control control(tbb::global_control::max_allowed_parallelism,
+                                                  threads);
+                auto& context = threads == 2 ? test::lavapipe_with_staging() : test::lavapipe();
+                const auto cut =
+                    compute_distances(context, database, chosen,
+                                      {.memory_bytes = memory, .shaders_only = shaders_only});
+                EXPECT_NE(cut.plan.slabs, whole.plan.slabs);
+                EXPECT_EQ(cut.distances, whole.distances) << memory;
+                EXPECT_EQ(cut.content_hash, whole.content_hash);
+                EXPECT_LE(cut.plan.device_bytes + cut.plan.host_bytes, memory);
+                EXPECT_EQ(cut.host_bytes, cut.plan.host_bytes);
+            }
+        }
+    }
+}
+
+TEST(Distances, StayWithinTheMemoryTheyPlanned) {
+    device::Context context({.device = "llvmpipe"});
+    const FunctionDatabase database({.theta_h = 30, .theta_d = 20, .phi_d = 24}, 30,
+                                    test::random_sample);
+    for (const bool shaders_only : {false, true}) {
+        const auto result =
+            compute_distances(context, database, some_metrics(),
+                              {.memory_bytes = 8'000'000, .shaders_only = shaders_only});
+        EXPECT_LE(result.plan.device_bytes + result.plan.host_bytes, 8'000'000U);
+        EXPECT_EQ(result.host_bytes, result.plan.host_bytes);
+        EXPECT_EQ(result.host_bytes == 0, shaders_only);
+        EXPECT_LE(context.peak_allocated_bytes(),
+                  result.plan.device_bytes + 64 * 1024);  // alignment
+        EXPECT_EQ(context.allocated_bytes(), 0U);
+    }
+}
+
+TEST(Distances, OfOneMaterialWithItselfAreZero) {
+    const FunctionDatabase database(
+        {.theta_h = 7, .theta_d = 5, .phi_d = 3}, 3,
+        [](std::size_t material, std::uint64_t voxel, std::size_t channel) {
+            return test::random_sample(material == 2 ? 1 : material, voxel, channel);
+        });
+    std::vector<const Metric*> all;
+    for (const auto& metric : metrics()) {
+        all.push_back(&metric);
+    }
+    for (const bool shaders_only : {false, true}) {
+        const auto result =
+            compute_distances(test::lavapipe(), database, all, {.shaders_only = shaders_only});
+        for (std::size_t m = 0; m < all.size(); ++m) {
+            const auto& d = result.distances[m].values;
+            EXPECT_EQ(d[2], 0) << all[m]->name;     // 1 and its copy
+            EXPECT_EQ(d[0], d[1]) << all[m]->name;  // 0 to either
+            EXPECT_GT(d[0], 0) << all[m]->name;
+        }
+    }
+}
+
+TEST(Distances, OfTwoConstantMaterialsHaveAClosedForm) {
+    // White against black under PAWCIELAB: 100 times the root of the weights' mean (Ryman 2018,
+    // table 4.2: exact midpoint sum 0.886257 at the grid of MERL).
+    const FunctionDatabase database(Grid{}, 2,
+                                    [](std::size_t material, std::uint64_t, std::size_t) {
+                                        return material == 0 ? 0.0 : 100.0;
+                                    });
+    const Metric* const one[] = {&find_metric("pawcielab")};
+    EXPECT_NEAR(compute_distances(test::lavapipe(), database, one).distances[0].values[0], 88.6257,
+                1e-4);
+}
+
+TEST(Distances, NegativeSamplesCountAsZeroAndAreCounted) {
+    const Grid grid = {.theta_h = 6, .theta_d = 6, .phi_d = 6};
+    const auto with = [&](double stand_in) {
+        return FunctionDatabase(
+            grid, 2, [=](std::size_t material, std::uint64_t voxel, std::size_t channel) {
+                const bool hole =
+                    material == 1 && voxel % 7 == 0 && (channel == 1 || voxel % 2 == 0);
+                return hole ? stand_in : 0.5 + static_cast<double>(voxel % 5 + material);
+            });
+    };
+    const auto chosen = some_metrics();
+    const auto holes = compute_distances(test::lavapipe(), with(-1), chosen);
+    const auto zeros = compute_distances(test::lavapipe(), with(0), chosen);
+    EXPECT_EQ(holes.distances, zeros.distances);
+    EXPECT_EQ(holes.counts[0].negative, 0U);
+    EXPECT_EQ(holes.counts[1].negative, 31U);  // multiples of 7 below 216
+    EXPECT_GT(holes.counts[1].negative_above_horizon, 0U);
+    EXPECT_LT(holes.counts[1].negative_above_horizon, 31U);
+    EXPECT_EQ(zeros.counts[1].negative, 0U);
+}
+
+TEST(Distances, TheDeviceIsTimedHoweverManyMetricsThereAre) {
+    const FunctionDatabase database({.theta_h = 13, .theta_d = 11, .phi_d = 17}, 5,
+                                    test::random_sample);
+    const std::vector<const Metric*> many(17, &find_metric("rmse"));
+    const auto result = compute_distances(test::lavapipe(), database, many, {.shaders_only = true});
+    EXPECT_GT(result.seconds.difference, 0);
+    EXPECT_GT(result.seconds.transform, 0);
+}
+
+TEST(Distances, ProgressReachesOneAndItsExceptionEndsTheWork) {
+    const FunctionDatabase database({.theta_h = 30, .theta_d = 20, .phi_d = 24}, 3,
+                                    test::random_sample);
+    const Metric* const one[] = {&find_metric("rmse")};
+    double last = 0;
+    compute_distances(test::lavapipe(), database, one, {.progress = [&](double share) {
+                          EXPECT_GT(share, last);
+                          last = share;
+                      }});
+    EXPECT_DOUBLE_EQ(last, 1);
+    EXPECT_THROW(
+        compute_distances(test::lavapipe(), database, one,
+                          {.progress = [](double) { throw std::runtime_error("enough"); }}),
+        std::runtime_error);
+    EXPECT_EQ(compute_distances(test::lavapipe(), database, one).distances[0].values.size(),
+              3U);  // still works
+}
+
+/// One sample of one material is large, and only such samples differ from themselves.
+TEST(Distances, WarnOfAMaterialThatDiffersFromItself) {
+    const FunctionDatabase database({.theta_h = 6, .theta_d = 5, .phi_d = 8}, 12,
+                                    [](std::size_t material, std::uint64_t voxel, std::size_t) {
+                                        return (material == 11 && voxel == 37 ? 2000.0 : 200.0) +
+                                               static_cast<double>(material);
+                                    });
+    const std::string rest =
+        "vec3 transform(vec3 f, Voxel v) { return f; }\n"
+        "float weight(Voxel v) { return 1.0; }\n";
+    const auto good =
+        test::metric_of(rest + "float difference(vec3 a, vec3 b) { return distance(a, b); }\n");
+    auto bad =
+        test::metric_of(rest +
+                        "float difference(vec3 a, vec3 b) {\n"
+                        "    return distance(a, b) + (min(a.x, b.x) > 1000.0 ? 0.25 : 0.0);\n}\n");
+    bad.name = "bad.glsl";
+    const Metric* const both[] = {&good, &bad};
+    const auto result = compute_distances(test::lavapipe(), database, both);
+    ASSERT_EQ(result.warnings.size(), 1U);
+    for (const char* part :
+         {"bad.glsl: difference(a, a) is 0.25", "at voxel 37 ", "material \"material-0011\""}) {
+        EXPECT_NE(result.warnings[0].find(part), std::string::npos) << result.warnings[0];
+    }
+    const Metric* const one[] = {&good};
+    EXPECT_TRUE(compute_distances(test::lavapipe(), database, one).warnings.empty());
+}
+
+}  // namespace
+}  // namespace merl::engine

@@ -1,0 +1,74 @@
+#include "engine/metric/metric_header.h"
+
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "engine/base/error.h"
+
+namespace merl::engine {
+namespace {
+
+TEST(MetricHeader, HasWhatTheCommentsSay) {
+    const auto header = parse_metric_header(
+        "// title: A metric\n"
+        "// formula: sqrt( sum\n"
+        "//     of squares )\n"
+        "// A comment that is nothing of this: it begins with a capital.\n"
+        "//\n"
+        "//source:Somebody 2001\r\n"
+        "// degree: 2/3\n"
+        "// parameter: white = 100 in [1, 1e3] reflectance that is white, 1/sr\n"
+        "// parameter: epsilon_2=1e-3 in [0,1] added: before the logarithm\n"
+        "\n"
+        "// title: not in the header\n",
+        "my.glsl");
+    EXPECT_EQ(header.title, "A metric");
+    EXPECT_EQ(header.formula, "sqrt( sum of squares )");
+    EXPECT_EQ(header.source, "Somebody 2001");
+    EXPECT_EQ(header.degree_text, "2/3");
+    EXPECT_DOUBLE_EQ(header.degree, 2.0 / 3.0);
+    const std::vector<MetricParameter> expected = {
+        {"white", 100, 1, 1000, "reflectance that is white, 1/sr"},
+        {"epsilon_2", 1e-3, 0, 1, "added: before the logarithm"}};
+    EXPECT_EQ(header.parameters, expected);
+}
+
+TEST(MetricHeader, MayBeEmpty) {
+    EXPECT_EQ(parse_metric_header("", "my.glsl").degree, 0);
+    EXPECT_EQ(parse_metric_header("float x;\n// degree: 2\n", "my.glsl").degree, 0);
+}
+
+void expect_refused(const std::string& text, const std::string& part) {
+    try {
+        parse_metric_header(text, "my.glsl");
+        FAIL() << text;
+    } catch (const Error& error) {
+        EXPECT_EQ(error.fault(), Fault::input);
+        EXPECT_NE(std::string(error.what()).find(part), std::string::npos) << error.what();
+    }
+}
+
+TEST(MetricHeader, WrongLinesAreNamed) {
+    expect_refused("// title: x\n// tilte: y\n", "my.glsl:2: \"tilte:\"");
+    expect_refused("// title: x\n// title: y\n", "my.glsl:2: a second \"title:\"");
+    expect_refused("// title:\n", "my.glsl:1: \"title:\" has no value");
+    for (const char* degree : {"3", "0", "-2", "1/2", "2.0", "two", "2/3/4"}) {
+        expect_refused(std::string("// degree: ") + degree, "expected 2, 1 or 2/3");
+    }
+    for (const char* parameter :
+         {"x", "x = 1", "x = 1 in [0, 2]", "x = 1 in [0, 2 d", "x = in [0, 2] d",
+          "x = 1 in 0, 2] d", "x = 1.5.5 in [0, 2] d", "x = nan in [0, 2] d", "x = 1 in [0, inf] d",
+          "x = 0x1 in [0, 2] d", "x = 1 in [0] d", "= 1 in [0, 2] d"}) {
+        expect_refused(std::string("// parameter: ") + parameter, "my.glsl:1: ");
+    }
+    expect_refused("// parameter: X = 1 in [0, 2] d", "called \"X\"");
+    expect_refused("// parameter: a-b = 1 in [0, 2] d", "called \"a-b\"");
+    expect_refused("// parameter: x = 3 in [0, 2] d", "expected a number in [0, 2]");
+    expect_refused("// parameter: x = 1 in [2, 0] d", "expected a number in [2, 0]");
+    expect_refused("// parameter: x = 1 in [0, 2] d\n// parameter: x = 1 in [0, 2] d",
+                   "my.glsl:2: a second parameter x");
+}
+
+}  // namespace
+}  // namespace merl::engine

@@ -1,0 +1,73 @@
+#include "scan/score/score_tables.h"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <array>
+#include <cstdio>
+#include <limits>
+#include <string>
+
+namespace merl::scan {
+namespace {
+
+constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+
+std::string written(void (*write)(int, const Score&), const Score& score) {
+    std::FILE* const file = std::tmpfile();
+    write(::fileno(file), score);
+    std::rewind(file);
+    std::array<char, 4096> text{};
+    const std::size_t size = std::fread(text.data(), 1, text.size(), file);
+    std::fclose(file);
+    return {text.data(), size};
+}
+
+Score two_metrics() {
+    Score score{};
+    score.metrics = {{.name = "a,b",
+                      .majorities = {0.75, {0.5, 1}},
+                      .votes = {0.625, {0.25, 0.75}},
+                      .slope = {std::numeric_limits<double>::infinity(), {1.5, 2}},
+                      .log_likelihood = {-0.5, {-1, -0.25}},
+                      .total_log_likelihood = -100,
+                      .ties = 1,
+                      .undecided = 2,
+                      .zero_distances = 3},
+                     {.name = "=c",
+                      .majorities = {kNone, {kNone, kNone}},
+                      .votes = {0.5, {kNone, kNone}},
+                      .slope = {0, {kNone, kNone}},
+                      .log_likelihood = {-0.7, {kNone, kNone}},
+                      .total_log_likelihood = -7,
+                      .ties = 0,
+                      .undecided = 0,
+                      .zero_distances = 0}};
+    score.pairs = {{.first = 0,
+                    .second = 1,
+                    .first_right = 29,
+                    .second_right = 34,
+                    .p_value = 0.625,
+                    .p_holm = 1,
+                    .difference = {0.25, {-0.5, 1e-300}}}};
+    return score;
+}
+
+TEST(ScoreTables, Scores) {
+    EXPECT_EQ(written(write_scores, two_metrics()),
+              "metric,majorities,majorities_low,majorities_high,votes,votes_low,votes_high,slope,"
+              "slope_low,slope_high,log_likelihood_per_vote,log_likelihood_per_vote_low,"
+              "log_likelihood_per_vote_high,log_likelihood,ties,undecided,zero_distances\n"
+              "\"a,b\",0.75,0.5,1,0.625,0.25,0.75,inf,1.5,2,-0.5,-1,-0.25,-100,1,2,3\n"
+              "=c,,,,0.5,,,0,,,-0.7,,,-7,0,0,0\n");
+}
+
+TEST(ScoreTables, Pairs) {
+    EXPECT_EQ(written(write_pair_scores, two_metrics()),
+              "metric_1,metric_2,right_1,right_2,p_value,p_holm,difference,difference_low,"
+              "difference_high\n"
+              "\"a,b\",=c,29,34,0.625,1,0.25,-0.5,1e-300\n");
+}
+
+}  // namespace
+}  // namespace merl::scan

@@ -1,0 +1,321 @@
+#include "scan/votes/vote_statistics.h"
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <random>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "scan/votes/vote_tables.h"
+
+namespace merl::scan {
+namespace {
+
+/// `configurations` of four materials each out of `materials`, and judges who have not voted.
+Votes empty_votes(std::uint32_t judges, std::uint32_t configurations, std::uint32_t materials) {
+    Votes votes{.first_metric = "cwcbrt",
+                .second_metric = "pawcielab",
+                .kit_hash = "k",
+                .with_kit = true,
+                .configurations = {},
+                .judges = {},
+                .trials = configurations};
+    std::mt19937 random(1);
+    for (std::uint32_t k = 0; k < configurations; ++k) {
+        std::vector<std::uint32_t> four;
+        while (four.size() < 4) {
+            const auto material = static_cast<std::uint32_t>(random() % materials);
+            if (std::ranges::find(four, material) == four.end()) {
+                four.push_back(material);
+            }
+        }
+        const auto name = [&](std::size_t i) { return fmt::format("m{}", four[i]); };
+        votes.configurations.push_back({.number = k + 1,
+                                        .kind = TrialKind::selection,
+                                        .materials = {name(0), name(1), name(2), name(3)},
+                                        .agreement = 0.5,
+                                        .expected = 0});
+    }
+    for (std::uint32_t j = 0; j < judges; ++j) {
+        votes.judges.push_back({.name = fmt::format("judge {}", j), .file = "f", .ballots = {}});
+    }
+    return votes;
+}
+
+Ballot ballot(std::uint32_t configuration, int side, bool swapped = false, bool repeat = false) {
+    return {.configuration = configuration,
+            .repeat = repeat,
+            .swapped = swapped,
+            .shown = static_cast<std::uint8_t>(swapped && side != 0 ? 4 - side : side),
+            .response_ms = std::nullopt};
+}
+
+/// The votes of Ryman 2018.
+Votes thesis() {
+    Votes votes = empty_votes(5, 100, 60);
+    for (std::uint32_t k = 0; k < 100; ++k) {
+        const std::string pattern = k < 85   ? "33333"
+                                    : k < 98 ? "33332"
+                                    : k < 99 ? "33322"
+                                             : "33331";
+        for (std::uint32_t j = 0; j < 5; ++j) {
+            votes.judges[j].ballots.push_back(ballot(k, pattern[(j + k) % 5] - '0'));
+        }
+    }
+    return votes;
+}
+
+TEST(VoteStatistics, TheThesis) {
+    const auto votes = thesis();
+    const auto s = vote_statistics(votes, {.replicates = 500, .seed = 1});
+    EXPECT_THAT(s.selection.sides.votes, ::testing::ElementsAre(1, 15, 484));
+    std::uint64_t significant = 0;
+    std::uint64_t after_holm = 0;
+    for (const auto& row : s.configurations) {
+        significant += row.p_second <= significance ? 1 : 0;
+        after_holm += row.p_second_holm <= significance ? 1 : 0;
+    }
+    EXPECT_EQ(significant, 98);
+    EXPECT_EQ(after_holm, 0);
+    EXPECT_NEAR(s.configurations[0].p_second, 0.0041, 0.00005);
+    EXPECT_NEAR(s.configurations[90].p_second, 0.0247, 0.00005);
+    EXPECT_NEAR(s.configurations[98].p_second, 0.0864, 0.00005);
+    EXPECT_NEAR(s.configurations[99].p_second, 0.0864, 0.00005);
+    EXPECT_NEAR(s.configurations[0].p_second_holm, 100.0 / 243, 1e-12);
+    EXPECT_EQ(s.selection.second_right, 100);
+    EXPECT_EQ(s.selection.judges_second, 5);
+    EXPECT_DOUBLE_EQ(s.selection.judges_p, 0.0625);
+    EXPECT_DOUBLE_EQ(s.selection.shares[2].value, 0.968);
+    EXPECT_LT(s.selection.shares[2].interval.low, 0.968);
+    EXPECT_EQ(s.selection.p_value, 0.0625);  // no less than the sign test of five judges can give
+    EXPECT_EQ(s.selection.lead.too_few, "");
+    const auto table = thesis_table(votes, s);
+    for (const auto* words :
+         {"33333  3.00               85  0.0041", "33332  2.80               13  0.0247",
+          "33331  2.60                1  0.0864", "33322  2.60                1  0.0864",
+          "option 1 (cwcbrt)  1\noption 2 (equal)  15\noption 3 (pawcielab)  484\n",
+          "98 of 100 configurations favour pawcielab at 0.05"}) {
+        EXPECT_THAT(table, ::testing::HasSubstr(words));
+    }
+}
+
+TEST(VoteStatistics, TheOtherSideIsTheMirrorImage) {
+    auto votes = thesis();
+    for (auto& judge : votes.judges) {
+        for (auto& b : judge.ballots) {
+            b = ballot(b.configuration, 4 - b.side());
+        }
+    }
+    const auto there = vote_statistics(thesis(), {.replicates = 200, .seed = 1});
+    const auto back = vote_statistics(votes, {.replicates = 200, .seed = 1});
+    EXPECT_NEAR(back.configurations[90].p_first, there.configurations[90].p_second, 1e-15);
+    EXPECT_NEAR(back.configurations[90].p_second, there.configurations[90].p_first, 1e-15);
+    EXPECT_DOUBLE_EQ(back.alpha.value, there.alpha.value);
+    EXPECT_DOUBLE_EQ(back.selection.lead.value, -there.selection.lead.value);
+    EXPECT_DOUBLE_EQ(back.selection.shares[0].interval.low, there.selection.shares[2].interval.low);
+    EXPECT_EQ(back.selection.first_right, 100);
+}
+
+TEST(VoteStatistics, ChecksOfJudges) {
+    Votes votes = empty_votes(2, 3, 10);
+    votes.configurations[2].kind = TrialKind::sentinel;
+    votes.configurations[2].expected = 1;
+    votes.judges[0].ballots = {ballot(0, 3, true), ballot(0, 3, false, true), ballot(1, 1, true),
+                               ballot(1, 3, false, true), ballot(2, 1, true)};
+    votes.judges[1].ballots = {ballot(0, 2), ballot(0, 3, false, true), ballot(1, 0),
+                               ballot(1, 3, false, true), ballot(2, 3)};
+    votes.judges[0].ballots[0].response_ms = 1000;
+    votes.judges[0].ballots[1].response_ms = 3000;
+    votes.judges[1].ballots[0].response_ms = 5000;
+    const auto s = vote_statistics(votes, {.replicates = 10, .seed = 1});
+    EXPECT_EQ(s.judges[0].repeats.answered, 2);
+    EXPECT_EQ(s.judges[0].repeats.passed, 1);
+    EXPECT_EQ(s.judges[0].repeats.opposite, 1);
+    EXPECT_EQ(s.judges[1].repeats.answered, 1);  // one first look was not answered
+    EXPECT_EQ(s.judges[1].repeats.passed, 0);
+    EXPECT_EQ(s.judges[1].repeats.opposite, 0);
+    EXPECT_EQ(s.sentinels.answered, 2);
+    EXPECT_EQ(s.sentinels.passed, 1);
+    EXPECT_EQ(s.sentinels.opposite, 1);
+    EXPECT_EQ(s.judges[1].trials.missing, 1);
+    EXPECT_EQ(s.selection.sides.missing, 1);
+    EXPECT_EQ(s.times.count, 3);
+    EXPECT_EQ(s.times.quartiles[1], 3000);
+    EXPECT_EQ(s.judges[0].times.quartiles[0], 1500);
+    // Clopper and Pearson's interval of 1 in 2, in closed form.
+    EXPECT_NEAR(s.sentinels.share().interval.low, 1 - std::sqrt(0.975), 1e-12);
+    EXPECT_NEAR(s.sentinels.share().interval.high, std::sqrt(0.975), 1e-12);
+}
+
+/// Every judge votes as `side` says on the first `voted` of so many configurations.
+VoteStatistics statistics_of(std::uint32_t judges, std::uint32_t configurations,
+                             std::uint32_t voted, const std::function<int(std::uint32_t)>& side,
+                             std::uint32_t replicates = 200) {
+    Votes votes = empty_votes(judges, configurations, 30);
+    for (std::uint32_t j = 0; j < judges; ++j) {
+        for (std::uint32_t k = 0; k < voted; ++k) {
+            votes.judges[j].ballots.push_back(ballot(k, side(7 * j + k)));
+        }
+    }
+    return vote_statistics(votes, {.replicates = replicates, .seed = 1});
+}
+
+void expect_too_few(const VoteStatistics& s, const std::string& reason) {
+    for (const auto& estimate :
+         {s.selection.shares[0], s.selection.shares[1], s.selection.shares[2], s.selection.lead}) {
+        EXPECT_TRUE(std::isnan(estimate.interval.low) && std::isnan(estimate.interval.high));
+        EXPECT_EQ(estimate.too_few, reason);
+    }
+    EXPECT_TRUE(std::isnan(s.selection.p_value));
+}
+
+TEST(VoteStatistics, TooFewForCertainty) {
+    const auto second = [](std::uint32_t) { return 3; };
+    const auto equal = [](std::uint32_t) { return 2; };
+    const auto any = [](std::uint32_t i) { return static_cast<int>(1 + i % 3); };
+    const std::string alike = "all bootstrap samples are alike";
+    expect_too_few(statistics_of(3, 100, 1, second), "judges: 3; expected 5 or more");
+    EXPECT_EQ(statistics_of(3, 100, 1, second).selection.judges_p, 0.25);
+    for (const std::uint32_t judges : {1U, 2U, 4U}) {
+        expect_too_few(statistics_of(judges, 20, 20, any),
+                       fmt::format("judges: {}; expected 5 or more", judges));
+    }
+    expect_too_few(statistics_of(9, 100, 1, second), "configurations: 1; expected 5 or more");
+    expect_too_few(statistics_of(9, 1, 1, any), "configurations: 1; expected 5 or more");
+    expect_too_few(statistics_of(9, 4, 4, any), "configurations: 4; expected 5 or more");
+    expect_too_few(statistics_of(9, 20, 20, second), alike);
+    expect_too_few(statistics_of(9, 20, 20, equal), alike);
+    expect_too_few(statistics_of(9, 20, 20, any, 38), "bootstrap samples: 38; expected 39 or more");
+    expect_too_few(statistics_of(9, 20, 20, any, 0), "bootstrap samples: 0; expected 39 or more");
+    // Judges, and configurations, without a vote do not count.
+    Votes silent = empty_votes(9, 20, 30);
+    for (std::uint32_t j = 0; j < 4; ++j) {
+        for (std::uint32_t k = 0; k < 20; ++k) {
+            silent.judges[j].ballots.push_back(ballot(k, any(j + k)));
+        }
+    }
+    expect_too_few(vote_statistics(silent, {.replicates = 100}), "judges: 4; expected 5 or more");
+    // Enough: but of a metric that nobody voted for there is still no interval.
+    const auto enough =
+        statistics_of(5, 20, 20, [](std::uint32_t i) { return i % 3 == 0 ? 2 : 3; });
+    EXPECT_EQ(enough.selection.shares[0].too_few, alike);
+    EXPECT_LT(enough.selection.shares[2].interval.low, enough.selection.shares[2].interval.high);
+    EXPECT_GE(enough.selection.p_value, 0.0625);
+    EXPECT_EQ(statistics_of(8, 20, 20, [](std::uint32_t i) { return i % 3 == 0 ? 2 : 3; })
+                  .selection.p_value,
+              0.0078125);
+}
+
+TEST(VoteStatistics, HolmCountsEveryConfigurationOfTheSelection) {
+    // Three judges, who agree, on one of a hundred: the least p of 1/27 is that of one test in 100.
+    const auto s = statistics_of(3, 100, 1, [](std::uint32_t) { return 3; });
+    EXPECT_NEAR(s.configurations[0].p_second, 1.0 / 27, 1e-15);
+    EXPECT_EQ(s.configurations[0].p_second_holm, 1);
+    EXPECT_TRUE(std::isnan(s.configurations[1].p_second_holm));
+    // Nine judges: 3^-9 times 100, and of one test alone 3^-9.
+    const auto nine = statistics_of(9, 100, 2, [](std::uint32_t) { return 3; });
+    EXPECT_NEAR(nine.configurations[1].p_second_holm, 100 / std::pow(3.0, 9), 1e-15);
+    const auto one = statistics_of(9, 1, 1, [](std::uint32_t) { return 3; });
+    EXPECT_NEAR(one.configurations[0].p_second_holm, std::pow(3.0, -9), 1e-15);
+}
+
+TEST(VoteStatistics, ProgressMayEndTheBootstrap) {
+    double last = -1;
+    const auto votes = thesis();
+    (void)vote_statistics(votes, {.replicates = 200}, [&](double share) {
+        EXPECT_GE(share, last);
+        EXPECT_LE(share, 1);
+        last = share;
+    });
+    EXPECT_GT(last, 0);
+    EXPECT_THROW(vote_statistics(votes, {.replicates = 200},
+                                 [](double) { throw std::runtime_error("enough"); }),
+                 std::runtime_error);
+}
+
+TEST(VoteStatistics, NobodyVoted) {
+    Votes votes = empty_votes(1, 2, 10);
+    votes.judges[0].ballots = {ballot(0, 0), ballot(1, 0)};
+    const auto s = vote_statistics(votes, {.replicates = 10, .seed = 1});
+    EXPECT_TRUE(std::isnan(s.configurations[0].p_second));
+    EXPECT_TRUE(std::isnan(s.configurations[0].sides.mean()));
+    EXPECT_TRUE(std::isnan(s.selection.p_value));
+    EXPECT_TRUE(std::isnan(s.selection.shares[0].value));
+    EXPECT_TRUE(std::isnan(s.alpha.value));
+    EXPECT_TRUE(std::isnan(s.repeats.share().value));
+    EXPECT_EQ(s.selection.sides.missing, 2);
+}
+
+/// Judges who answer by what they see, a + b, with effects of judge, materials and chance, and who
+/// lean to the left of the screen.
+struct Simulation {
+    double judge_effect;
+    double material_effect;
+    double leaning;
+
+    Votes run(std::uint32_t seed) const {
+        Votes votes = empty_votes(12, 60, 40);
+        std::mt19937 random(seed);
+        std::normal_distribution<double> normal;
+        std::vector<double> materials(40);
+        for (auto& material : materials) {
+            material = material_effect / 2 * normal(random);
+        }
+        for (auto& judge : votes.judges) {
+            const double effect = judge_effect * normal(random);
+            for (std::uint32_t k = 0; k < votes.configurations.size(); ++k) {
+                const bool swapped = random() % 2 == 1;
+                double x = 0.5 + effect + normal(random) + (swapped ? leaning : -leaning);
+                for (const auto& name : votes.configurations[k].materials) {
+                    x += materials.at(std::stoul(name.substr(1)));
+                }
+                judge.ballots.push_back(ballot(k, x > 0.3 ? 3 : x < -0.3 ? 1 : 2, swapped));
+            }
+        }
+        return votes;
+    }
+
+    /// The expected lead of the second metric over all judges and materials.
+    double lead() const {
+        const double sigma =
+            std::sqrt(1 + judge_effect * judge_effect + material_effect * material_effect);
+        const auto above = [&](double mean, double limit) {
+            return 0.5 * std::erfc((limit - mean) / sigma / std::sqrt(2.0));
+        };
+        double sum = 0;
+        for (const double mean : {0.5 + leaning, 0.5 - leaning}) {
+            sum += (above(mean, 0.3) - (1 - above(mean, -0.3))) / 2;
+        }
+        return sum;
+    }
+};
+
+TEST(VoteStatistics, SimulatedJudgesAreRecovered) {
+    constexpr std::uint32_t experiments = 100;
+    for (const auto& simulation :
+         {Simulation{0, 0, 0.3}, Simulation{0.5, 0, 0}, Simulation{0.5, 0.7, 0.3}}) {
+        int covered = 0;
+        int leaning = 0;
+        for (std::uint32_t seed = 1; seed <= experiments; ++seed) {
+            const auto s = vote_statistics(simulation.run(seed), {.replicates = 200, .seed = seed});
+            const auto& interval = s.selection.lead.interval;
+            covered +=
+                interval.low <= simulation.lead() && simulation.lead() <= interval.high ? 1 : 0;
+            leaning += s.bias.p_value <= 0.01 ? 1 : 0;
+        }
+        EXPECT_GE(covered, 88);
+        if (simulation.leaning > 0) {
+            EXPECT_GE(leaning, 95);
+        } else {
+            EXPECT_LE(leaning, 5);
+        }
+    }
+}
+
+}  // namespace
+}  // namespace merl::scan
