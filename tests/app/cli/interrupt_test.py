@@ -10,7 +10,7 @@ import time
 
 import support
 from support import INTERRUPTED, Case, Running, write_database
-from votes_test import COLUMNS, write_rows
+from tables import COLUMNS, write_rows
 
 # The program ends within a second; a busy machine may take longer. The work takes far longer still.
 SOON = 10

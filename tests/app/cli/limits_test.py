@@ -10,8 +10,8 @@ import subprocess
 import sys
 
 import support
-from distances_test import write_table
 from support import DEVICE, INPUT, RESOURCE, SUCCESS, USAGE, Case, read_json, write_database
+from tables import write_table
 
 MIB = 2**20
 

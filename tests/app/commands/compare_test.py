@@ -6,8 +6,8 @@ import signal
 
 import reference
 import support
-from distances_test import write_table
 from support import INPUT, OUTPUT, USAGE, Case, Running, read_csv, read_json, samples, tree, write_database
+from tables import write_table
 
 FILES = ["compare.csv", "compare.html", "distances.csv", "summary.json"]
 

@@ -1,26 +1,11 @@
 """Distances from elsewhere: merl-scan scan on a table instead of a database."""
 
-import csv
 import random
 
 import reference
 import support
 from support import INPUT, USAGE, Case, read_csv, read_json, write_database
-
-
-def write_table(path, metrics, materials, value, header=("material_a", "material_b")):
-    """A table of all pairs in a random order and orientation; returns its pairs in pair order, as
-    (name, name, distance ...)."""
-    names = sorted(materials, key=lambda name: name.encode())
-    pairs = [(a, b, *(value(metric) for metric in metrics))
-             for i, a in enumerate(names) for b in names[i + 1 :]]
-    shuffled = random.Random(1).sample(pairs, len(pairs))
-    with open(path, "w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file)
-        writer.writerow([*header, *metrics])
-        for number, (a, b, *distances) in enumerate(shuffled):
-            writer.writerow([*((b, a) if number % 2 else (a, b)), *distances])
-    return pairs
+from tables import write_table
 
 
 class Tables(Case):

@@ -72,7 +72,7 @@ class OwnMetric(WithDatabase):
         self.assert_bad(["mine.glsl:1", "tilte"], "// tilte: x\n", TRANSFORM, WEIGHT, DIFFERENCE)
         self.assert_bad(["recursion"], TRANSFORM, WEIGHT, "float f(float x) { return f(x); }\n",
                         "float difference(vec3 a, vec3 b) { return f(1.0); }\n")
-        self.assert_refused(INPUT, ["no such file"], "scan", "--metrics", "rmse,./none.glsl")
+        self.assert_refused(INPUT, ["No such file"], "scan", "--metrics", "rmse,./none.glsl")
 
     def test_wrong_values(self):
         places = ["at voxel", "theta_h", "materials \"made-up", "cos_theta_i"]

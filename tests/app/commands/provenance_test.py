@@ -11,8 +11,8 @@ import subprocess
 import tempfile
 
 import support
-from distances_test import write_table
 from support import INPUT, PROGRAM, SUCCESS, Case, merl_bytes, read_json, samples, write_database
+from tables import write_table
 
 # Like some of the stand-in, so that nothing but the content tells which database they are of.
 NAMES = ["alum-bronze", "aluminium", "black-fabric", "blue-rubber", "chrome", "gold-paint",

@@ -9,7 +9,7 @@ import time
 import support
 from browser import Browser
 from exr import read_exr
-from slices_test import pixel, read_png
+from png import pixel, read_png
 from support import GRID, INPUT, OUTPUT, USAGE, Case, merl_bytes, samples, tree, voxels
 from support import write_database
 

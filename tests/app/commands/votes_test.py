@@ -1,7 +1,6 @@
 """merl-scan votes and power: judges' files, through to tables, report and score."""
 
 import base64
-import csv
 import itertools
 import json
 import os
@@ -11,11 +10,9 @@ import zlib
 
 import support
 from browser import CHROMIUM, Browser
-from distances_test import write_table
 from support import INPUT, USAGE, Case, read_csv, read_json
+from tables import COLUMNS, write_rows, write_table
 
-COLUMNS = ["judge", "trial", "configuration", "kind", "left_1", "left_2", "right_1", "right_2",
-           "swapped", "vote", "response_ms", "seed", "kit_hash"]
 FILES = ["configurations.csv", "judgements.csv", "judges.csv", "summary.json", "survey.csv",
          "votes.html"]
 
@@ -24,11 +21,6 @@ THESIS = ["33333"] * 85 + ["33332"] * 13 + ["33322", "33331"]
 
 HOSTILE = ["=1+1", '</script><script>document.title="hit"</script>', "<img src=x onerror=alert(1)>",
            'a "quoted", name', "ä\u202e", "%DATA%", "../../etc/passwd", "x\x07y"]
-
-
-def write_rows(path, header, rows):
-    with open(path, "w", newline="", encoding="utf-8") as file:
-        csv.writer(file).writerows([header, *rows])
 
 
 class Votes(Case):

@@ -6,8 +6,8 @@ import unittest
 
 import support
 from browser import CHROMIUM, Browser
-from distances_test import write_table
 from support import Case, read_csv
+from tables import write_table
 
 HOSTILE = ["</script><script>document.title='hit'</script>", "<img src=x onerror=alert(1)>",
            "<!--<script>", '"><b>bold</b>', "a&amp;b", "\u202eleft\u2028", "%DATA%"]

@@ -15,7 +15,7 @@ import zlib
 
 import support
 from browser import ALT, CHROMIUM, CONTROL, META, SHIFT, Browser
-from slices_test import pixel, read_png
+from png import pixel, read_png
 from support import PROGRAM, Case, read_csv, read_json, samples, write_database
 
 HOSTILE = ["</script><script>document.title='hit'</script>".replace("/", "\u2215"),

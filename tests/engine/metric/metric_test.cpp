@@ -94,8 +94,8 @@ TEST(Metric, AFileOfYourOwn) {
     EXPECT_FALSE(metric.has_twin());
     EXPECT_EQ(open_metric(path.string()).parameters, std::vector<double>{0.5});
 
-    expect_refused((directory.path / "none.glsl").string(), Fault::input, "no such file");
-    expect_refused(".glsl", Fault::input, "no such file");
+    expect_refused((directory.path / "none.glsl").string(), Fault::input, "No such file");
+    expect_refused(".glsl", Fault::input, "No such file");
     std::filesystem::create_directory(directory.path / "d.glsl");
     expect_refused((directory.path / "d.glsl").string(), Fault::input, "not a regular file");
     std::ofstream(directory.path / "big.glsl") << std::string(300'000, ' ');
@@ -124,7 +124,7 @@ TEST(Metric, AFileFromAnyEditor) {
             EXPECT_EQ(metric.name, "M.GLSL");
         }
     }
-    expect_refused((directory.path / "none.GlSl").string(), Fault::input, "no such file");
+    expect_refused((directory.path / "none.GlSl").string(), Fault::input, "No such file");
 }
 
 /// The transform of one sample.
