@@ -25,4 +25,10 @@ class InputError : public Error {
     explicit InputError(const std::string& message) : Error(Fault::input, message) {}
 };
 
+/// More memory is needed than is allowed.
+class MemoryError : public Error {
+  public:
+    explicit MemoryError(const std::string& message) : Error(Fault::usage, message) {}
+};
+
 }  // namespace merl

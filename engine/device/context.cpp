@@ -1,5 +1,6 @@
 #include "engine/device/context.h"
 
+#include <dlfcn.h>
 #include <fmt/format.h>
 #include <sys/resource.h>
 #include <unistd.h>
@@ -9,7 +10,11 @@
 #include <cctype>
 #include <cstdlib>
 #include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
 #include <string_view>
+#include <system_error>
 #include <tuple>
 
 #include "engine/base/error.h"
@@ -115,19 +120,7 @@ DeviceInfo describe(const vk::raii::PhysicalDevice& physical, std::uint32_t inde
     return info;
 }
 
-/// Lets lavapipe, whose vectors have 256 bits unless it is told otherwise, use the 512 bits of a
-/// processor that has them; what the user has set stays. Before the first instance is made.
-void widen_lavapipe() {
-#if defined(__x86_64__)
-    if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") &&
-        __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vl")) {
-        setenv("LP_NATIVE_VECTOR_WIDTH", "512", /*overwrite=*/0);
-    }
-#endif
-}
-
 vk::raii::Instance make_instance(const vk::raii::Context& loader, const std::string& validate) {
-    widen_lavapipe();
     if (loader.enumerateInstanceVersion() < kVulkanVersion) {
         throw Error(Fault::device,
                     fmt::format("the Vulkan loader offers version {}, and 1.2 is needed",
@@ -144,7 +137,7 @@ vk::raii::Instance make_instance(const vk::raii::Context& loader, const std::str
             })) {
             throw Error(Fault::device,
                         fmt::format("MERL_SCAN_VALIDATE is set, but {} is not installed "
-                                    "(Debian: vulkan-validationlayers)",
+                                    "(the Khronos validation layers)",
                                     kValidationLayer));
         }
         layers.push_back(kValidationLayer);
@@ -212,16 +205,60 @@ std::string hiding_variables() {
     return text;
 }
 
+/// The library that a driver's manifest names; empty if it names none.
+std::string library_of(const std::filesystem::path& manifest) {
+    std::ifstream file(manifest);
+    const auto json = nlohmann::json::parse(file, nullptr, false);
+    const auto icd = json.is_object() ? json.value("ICD", nlohmann::json()) : nlohmann::json();
+    return icd.is_object() ? icd.value("library_path", std::string()) : std::string();
+}
+
+/// The drivers that are installed where packages put them, and what keeps each from loading.
+std::string installed_drivers() {
+    std::string text;
+    for (const char* folder : {"/usr/share/vulkan/icd.d", "/usr/local/share/vulkan/icd.d",
+                               "/etc/vulkan/icd.d", "/usr/local/etc/vulkan/icd.d"}) {
+        std::error_code none;
+        for (std::filesystem::directory_iterator i(folder, none), end; !none && i != end;
+             i.increment(none)) {
+            if (i->path().extension() != ".json") {
+                continue;
+            }
+            auto library = library_of(i->path());
+            if (library.find('/') != std::string::npos) {  // else the system looks for it
+                library = (i->path().parent_path() / library).string();
+            }
+            void* const loaded = ::dlopen(library.c_str(), RTLD_LAZY | RTLD_LOCAL);
+            text += fmt::format("{}{}{}", text.empty() ? "" : ", ", i->path().string(),
+                                loaded != nullptr
+                                    ? ""
+                                    : fmt::format(" (its library {} cannot be loaded)", library));
+            if (loaded != nullptr) {
+                ::dlclose(loaded);
+            }
+        }
+    }
+    return text;
+}
+
+/// Why there is no device at all.
+NoDriverError why_no_device() {
+    const std::string installed = installed_drivers();
+    const std::string reasons = hiding_variables() + lack_of_room();
+    if (installed.empty()) {
+        return {"no Vulkan driver is installed" + reasons, !reasons.empty()};
+    }
+    return {fmt::format("no Vulkan driver found, although there is {}{}", installed, reasons), true};
+}
+
 /// The loader, or an Error that says how to get it.
 vk::raii::Context make_loader() {
     try {
         return {};
     } catch (const std::runtime_error&) {
         const std::string room = lack_of_room();
-        throw Error(Fault::device, "the Vulkan loader (libvulkan.so.1) cannot be loaded" +
-                                       (room.empty() ? "; on Debian: apt-get install libvulkan1 "
-                                                       "mesa-vulkan-drivers"
-                                                     : room));
+        throw NoDriverError("the Vulkan loader (libvulkan.so.1) cannot be loaded" + room,
+                            !room.empty());
     }
 }
 
@@ -235,10 +272,30 @@ VKAPI_ATTR VkBool32 VKAPI_CALL keep_message(VkDebugUtilsMessageSeverityFlagBitsE
     return VK_FALSE;
 }
 
-/// The index in `devices` of the one to open.
-std::size_t choose(const std::vector<DeviceInfo>& devices, const std::string& wanted) {
+std::vector<DeviceInfo> describe_all(const std::vector<vk::raii::PhysicalDevice>& physical) {
+    std::vector<DeviceInfo> devices;
+    for (std::uint32_t i = 0; i < physical.size(); ++i) {
+        devices.push_back(describe(physical[i], i));
+    }
+    return devices;
+}
+
+std::vector<vk::raii::PhysicalDevice> enumerate(const vk::raii::Instance& instance) {
+    if (!*instance) {
+        return {};
+    }
+    try {
+        return vk::raii::PhysicalDevices(instance);
+    } catch (const vk::InitializationFailedError&) {
+        return {};
+    }
+}
+
+}  // namespace
+
+std::size_t choose_device(const std::vector<DeviceInfo>& devices, const std::string& wanted) {
     if (devices.empty()) {
-        throw Error(Fault::device, why_no_device());
+        throw why_no_device();
     }
     std::string list;
     for (const auto& d : devices) {
@@ -285,39 +342,23 @@ std::size_t choose(const std::vector<DeviceInfo>& devices, const std::string& wa
     });
 }
 
-std::vector<DeviceInfo> describe_all(const std::vector<vk::raii::PhysicalDevice>& physical) {
-    std::vector<DeviceInfo> devices;
-    for (std::uint32_t i = 0; i < physical.size(); ++i) {
-        devices.push_back(describe(physical[i], i));
+std::vector<DeviceInfo> list_devices() {
+    const auto loader = make_loader();
+    const auto instance = guarded("vkCreateInstance", [&] { return make_instance(loader, ""); });
+    auto devices = describe_all(enumerate(instance));
+    if (devices.empty()) {
+        throw why_no_device();
     }
     return devices;
 }
 
-std::vector<vk::raii::PhysicalDevice> enumerate(const vk::raii::Instance& instance) {
-    if (!*instance) {
-        return {};
+void widen_lavapipe() {
+#if defined(__x86_64__)
+    if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") &&
+        __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vl")) {
+        setenv("LP_NATIVE_VECTOR_WIDTH", "512", /*overwrite=*/0);
     }
-    try {
-        return vk::raii::PhysicalDevices(instance);
-    } catch (const vk::InitializationFailedError&) {
-        return {};
-    }
-}
-
-}  // namespace
-
-std::string why_no_device() {
-    const std::string reasons = hiding_variables() + lack_of_room();
-    return "no Vulkan driver found" +
-           (reasons.empty() ? "; on Debian: apt-get install mesa-vulkan-drivers (lavapipe runs on "
-                              "any processor)"
-                            : reasons);
-}
-
-std::vector<DeviceInfo> list_devices() {
-    const auto loader = make_loader();
-    const auto instance = guarded("vkCreateInstance", [&] { return make_instance(loader, ""); });
-    return describe_all(enumerate(instance));
+#endif
 }
 
 Context::Context(const ContextOptions& options) {
@@ -338,7 +379,7 @@ Context::Context(const ContextOptions& options) {
     }
     auto physical = enumerate(h.instance);
     const auto devices = describe_all(physical);
-    const std::size_t chosen = choose(devices, options.device);
+    const std::size_t chosen = choose_device(devices, options.device);
     h.physical = std::move(physical[chosen]);
     h.info = devices[chosen];
     h.queue_family = *compute_queue_family(h.physical);

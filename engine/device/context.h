@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "engine/base/error.h"
+
 namespace merl::device {
 
 /// What the planner of device work must respect, as the driver reports it.
@@ -31,13 +33,30 @@ struct DeviceInfo {
     std::optional<std::string> refusal;  // why it cannot be used; empty when it can
 };
 
-/// Every Vulkan device of this machine. An empty list means that there is no driver.
-/// Throws Error (device) when the Vulkan loader is not installed.
+/// There is no driver, or no loader, or they are hidden: a machine without a device.
+class NoDriverError : public Error {
+  public:
+    NoDriverError(const std::string& message, bool is_installed)
+        : Error(Fault::device, message), is_installed_(is_installed) {}
+
+    /// Whether there is a driver that was kept from loading; otherwise installing one helps.
+    bool is_installed() const { return is_installed_; }
+
+  private:
+    bool is_installed_;
+};
+
+/// Every Vulkan device of this machine. Throws NoDriverError when there is none.
 std::vector<DeviceInfo> list_devices();
 
-/// Why there is no device at all, for the user: "no Vulkan driver found" and what hides it or
-/// leaves it no room, or else how to get one.
-std::string why_no_device();
+/// The index in `devices` of the one that `wanted` names by index or a part of its name; the best
+/// usable one where it is empty: discrete before integrated before virtual before CPU, then by
+/// index. Throws Error (device) that says which devices there are and why each was refused.
+std::size_t choose_device(const std::vector<DeviceInfo>& devices, const std::string& wanted);
+
+/// Sets LP_NATIVE_VECTOR_WIDTH in the environment to 512 where it is not set and the processor has
+/// AVX-512: lavapipe does not choose that by itself. For a program, before it opens a device.
+void widen_lavapipe();
 
 /// How a context is made; the defaults are what the command line uses.
 struct ContextOptions {
@@ -49,13 +68,9 @@ struct ContextOptions {
 ///
 /// With MERL_SCAN_VALIDATE in the environment ("core", "sync" or "gpu") the Khronos
 /// validation layer is loaded and every message of it is an error: see check_validation().
-/// Sets LP_NATIVE_VECTOR_WIDTH in the environment to 512 where it is not set and the processor has
-/// AVX-512: lavapipe does not choose that by itself.
 class Context {
   public:
-    /// Opens the chosen device, or without a choice the best usable one: discrete before
-    /// integrated before virtual before CPU, then by index. Throws Error (device) that says which
-    /// devices there are and why each was refused.
+    /// Opens the chosen device (choose_device). Throws Error (device).
     explicit Context(const ContextOptions& options = {});
     ~Context();
     Context(const Context&) = delete;

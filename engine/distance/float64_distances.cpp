@@ -8,7 +8,7 @@
 #include <cmath>
 #include <functional>
 
-#include "engine/distance/parts/slab_reader.h"
+#include "engine/distance/parts/slab.h"
 
 namespace merl::engine {
 namespace {
@@ -178,9 +178,7 @@ void sum_slab(const Database& database, const Pass& pass, const Slab& slab, Work
         for (std::uint64_t block = 0; block < slab.blocks(); ++block) {
             const auto of_block = slab.voxels_of_block(block);
             BlockWeights weights = {};
-            metric.twin.weigh(metric.parameters, of_block, weights);
-            std::fill(weights.begin() + static_cast<std::ptrdiff_t>(slab.filled(block)),
-                      weights.end(), 0.0);
+            weigh_block(metric, slab, block, weights);
             for (const auto material : part.materials) {
                 metric.twin.transform(metric.parameters, of_block, work.samples[material][block],
                                       grid[material]);

@@ -12,15 +12,19 @@
 
 namespace merl::engine {
 
-/// The voxels over which one float32 partial sum runs; shaders/framework/metric.glsl has the same.
+// What shaders and C++ share: metric_kernels.cpp defines these in every shader of the framework.
+
+/// The voxels over which one partial sum runs.
 constexpr std::uint32_t kBlockVoxels = 1024;
 
-/// Voxels of a cell, the unit that a kernel prepares at a time; likewise.
+/// Voxels of a cell, the unit that a kernel prepares at a time.
 constexpr std::uint32_t kCellVoxels = 4;
 
-/// Texels of a chunk, of which the smallest and the largest number are taken for the error bound;
-/// likewise.
+/// Texels of a chunk, of which the smallest and the largest number are taken for the error bound.
 constexpr std::uint32_t kChunkTexels = 4;
+
+/// Texels that a shader adds in float32 before it compensates (shaders/framework/difference.comp).
+constexpr std::uint32_t kRunTexels = 8;
 
 /// One block of one material: red, green and blue (or what a transform makes of them), zero beyond
 /// the last voxel.

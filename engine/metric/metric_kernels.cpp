@@ -141,7 +141,13 @@ MetricKernels compile_kernels(const Metric& metric) {
     const std::array<ShaderText, 2> text = {
         ShaderText{"parameters", parameters_text(metric)},
         ShaderText{kText, is_checked ? preprocessed(metric) : metric.source}};
-    std::string preamble = is_checked ? "#define GUARDED\n" : "";
+    std::string preamble = fmt::format(
+        "#define BLOCK_VOXELS {}\n#define CELL_VOXELS {}\n#define CHUNK_TEXELS {}\n"
+        "#define RUN_TEXELS {}\n",
+        kBlockVoxels, kCellVoxels, kChunkTexels, kRunTexels);
+    if (is_checked) {
+        preamble += "#define GUARDED\n";
+    }
     if (metric.has_bound()) {
         const auto slash = metric.header.degree_text.find('/');
         preamble += fmt::format(
@@ -169,8 +175,8 @@ MetricKernels compile_kernels(const Metric& metric) {
     const auto compile_if = [&](bool needed, const char* stage, bool has_metric) {
         return needed ? compile(stage, has_metric) : std::vector<std::uint32_t>();
     };
-    return {.weigh = compile_if(!metric.has_twin(), "weigh", true),
-            .prepare = compile_if(!metric.has_twin(), "prepare", true),
+    return {.weigh = compile("weigh", true),
+            .prepare = compile("prepare", true),
             .difference =
                 metric.has_bound() ? compile("difference", false) : compile("any_difference", true),
             .norms = compile_if(metric.has_norms(), "norms", false),

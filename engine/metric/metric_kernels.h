@@ -9,7 +9,7 @@ namespace merl::engine {
 
 /// The kernels of shaders/framework/ with one metric inside, as SPIR-V.
 struct MetricKernels {
-    std::vector<std::uint32_t> weigh, prepare;  // without has_twin()
+    std::vector<std::uint32_t> weigh, prepare;
     std::vector<std::uint32_t> difference;
     std::vector<std::uint32_t> norms;           // where has_norms()
     std::vector<std::uint32_t> ranges, slopes;  // where has_slopes()

@@ -22,8 +22,8 @@ layout(push_constant) uniform Push {
 };
 
 // Texels are added in runs of kRun, and the runs with Kahan's compensation, so that only the roundings
-// within a run count. The host knows the same number.
-const uint kRun = 8;
+// within a run count.
+const uint kRun = RUN_TEXELS;
 
 void main() {
     uint block = gl_WorkGroupID.y;

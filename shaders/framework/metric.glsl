@@ -45,9 +45,10 @@ float difference(vec3 a, vec3 b);
 #include "framework/guards.glsl"
 #endif
 
-// Partial sums run over blocks of voxels; a cell is four voxels. The host knows the same numbers.
-const uint kBlockVoxels = 1024;
-const uint kCellVoxels = 4;
+// Partial sums run over blocks of voxels; a cell is four voxels. The numbers are those of
+// engine/metric/metric.h.
+const uint kBlockVoxels = BLOCK_VOXELS;
+const uint kCellVoxels = CELL_VOXELS;
 
 // Two ways to lay out a block of a metric's grid, one rgba32f texel at a time.
 #ifdef DEGREE_NUMERATOR
@@ -55,7 +56,7 @@ const uint kCellVoxels = 4;
 // weight moves into the samples, and a texel is one channel of a cell. A block is its red cells, then
 // its green and its blue ones. A chunk is four consecutive cells of a channel.
 const uint kCellTexels = 3;
-const uint kChunkTexels = 4;
+const uint kChunkTexels = CHUNK_TEXELS;
 uint channel_texel(uint channel, uint cell) { return channel * (kBlockVoxels / kCellVoxels) + cell; }
 uint channel_of_texel(uint texel) { return texel / (kBlockVoxels / kCellVoxels); }
 uint cell_of_texel(uint texel) { return texel % (kBlockVoxels / kCellVoxels); }

@@ -38,6 +38,13 @@ PairTotals::PairTotals(const Metric& metric, std::uint32_t materials, const Pair
       slopes_(metric.has_slopes() ? differences_.size() : 0),
       norms_(metric.has_norms() ? tiles.padded_materials() : 0) {}
 
+std::uint64_t PairTotals::bytes(const Metric& metric, const PairTiles& tiles) {
+    const std::uint64_t pairs = tiles.count() * tiles.pairs_of_tile();
+    return ((metric.has_slopes() ? 2 : 1) * pairs +
+            (metric.has_norms() ? tiles.padded_materials() : 0)) *
+           sizeof(double);
+}
+
 void PairTotals::add(const PartialSums& sums, std::size_t blocks) {
     add_blocks(sums.differences, blocks, differences_);
     add_blocks(sums.slopes, blocks, slopes_);

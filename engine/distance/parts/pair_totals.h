@@ -35,10 +35,8 @@ class PairTotals {
     PairTotals(const Metric& metric, std::uint32_t materials, const PairTiles& tiles,
                std::uint64_t grid_voxels, const Roundings& roundings);
 
-    /// Bytes of memory.
-    std::uint64_t bytes() const {
-        return (differences_.size() + slopes_.size() + norms_.size()) * sizeof(double);
-    }
+    /// Bytes of memory that this takes.
+    static std::uint64_t bytes(const Metric& metric, const PairTiles& tiles);
 
     /// The next blocks: each pair's sums are added in the order of the voxels.
     void add(const PartialSums& sums, std::size_t blocks);

@@ -3,19 +3,25 @@
 #include <tbb/cache_aligned_allocator.h>
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "engine/distance/host/host_difference.h"
 #include "engine/distance/parts/pair_totals.h"
-#include "engine/distance/parts/slab_plan.h"
+#include "engine/distance/parts/slab.h"
 
 namespace merl::engine {
 
-/// One metric of which the host computes everything (SlabPlan::on_host()): its grid, and then the
-/// sums of a slab, for which a device has DeviceWork.
-class HostWork {
+/// One metric with a twin and a degree on the processor, in float32 with its error bound: its grid,
+/// and then the sums of a slab.
+class HostMetric {
   public:
-    HostWork(const SlabPlan& plan, const Metric& metric, std::uint64_t grid_voxels);
+    HostMetric(const Metric& metric, std::uint32_t materials, std::uint32_t slab_blocks,
+               std::uint64_t grid_voxels);
+
+    /// The bytes of memory of that for each block of a slab, and of its totals.
+    static std::uint64_t block_bytes(const Metric& metric, std::uint32_t materials);
+    static std::uint64_t fixed_bytes(const Metric& metric, std::uint32_t materials);
 
     /// The weights of a slab, before make_grid().
     void weigh(const Slab& slab);
@@ -29,10 +35,7 @@ class HostWork {
     /// Adds them to the totals.
     void add(const Slab& slab);
 
-    /// Bytes of memory: what SlabPlan::host_bytes plans.
-    std::uint64_t bytes() const;
-
-    /// The distances, after the last slab.
+    /// After the last slab.
     MetricDistances distances() const { return totals_.distances(); }
 
   private:

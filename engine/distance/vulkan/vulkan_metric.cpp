@@ -1,11 +1,11 @@
-#include "engine/distance/vulkan/device_work.h"
+#include "engine/distance/vulkan/vulkan_metric.h"
 
 #include <fmt/format.h>
 #include <tbb/parallel_invoke.h>
 
 #include <algorithm>
 
-#include "engine/distance/host/host_grid.h"
+#include "engine/base/error.h"
 
 namespace merl::engine {
 namespace {
@@ -26,9 +26,11 @@ constexpr std::uint32_t kLanes =
     64;  // of a workgroup that is not one subgroup: on lavapipe 256 can be twice as slow
 
 /// Of difference.comp. The power: shaders/lib/numerics.glsl, tests/engine/device/device_test.cpp. A
-/// number is added in its texel, in its run of eight texels, which begins with the carry, with the
+/// number is added in its texel, in its run of kRunTexels, which begins with the carry, with the
 /// run where the total is the smaller of the two, and in the block's sum.
-constexpr Roundings kRoundings = {.power = 4e-7, .additions = 2 + 8 + 1 + 1};
+constexpr Roundings kRoundings = {.power = 4e-7, .additions = 2 + kRunTexels + 1 + 1};
+
+constexpr std::uint64_t kTexelBytes = 16;
 
 /// Push constants of the kernels in shaders/framework/.
 struct WeighPush {
@@ -81,44 +83,111 @@ Buffer download(Context& context, std::uint64_t bytes) {
 
 }  // namespace
 
-SlabBuffers::SlabBuffers(Context& context, const SlabPlan& plan)
-    : samples(context, plan.samples_bytes(), Traffic::upload, Texels::words),
-      geometry(context, plan.geometry_bytes(), Traffic::upload, Texels::words) {
+std::uint64_t DeviceExtent::grid_bytes(const Metric& metric) const {
+    const auto rows = PairTiles::best(materials, metric).padded_materials();
+    return std::uint64_t{slab_blocks} * rows * metric.block_texels() * kTexelBytes;
+}
+
+std::uint64_t DeviceExtent::ranges_bytes(const Metric& metric) const {
+    return metric.has_slopes() ? grid_bytes(metric) / kChunkTexels / 2 : 0;
+}
+
+std::uint64_t DeviceExtent::norms_bytes(const Metric& metric) const {
+    const auto rows = PairTiles::best(materials, metric).padded_materials();
+    return metric.has_norms() ? std::uint64_t{slab_blocks} * rows * sizeof(float) : 0;
+}
+
+std::uint64_t DeviceExtent::sums_bytes(const Metric& metric) const {
+    const auto tiles = PairTiles::best(materials, metric);
+    return std::uint64_t{slab_blocks} * tiles.count() * tiles.pairs_of_tile() * sizeof(float);
+}
+
+EngineNeeds device_needs(const device::Limits& limits, std::span<const Metric* const> metrics,
+                         std::uint32_t materials) {
+    const DeviceExtent block = {.materials = materials, .slab_blocks = 1};
+    EngineNeeds needs = {.cached = limits.is_host};
+    std::uint64_t largest = std::max(block.samples_bytes(), block.geometry_bytes());  // buffer
+    std::uint64_t grid = 0;
+    std::uint64_t ranges = 0;
+    std::uint64_t in_flight = block.samples_bytes() + block.geometry_bytes();
+    for (const auto* metric : metrics) {
+        const auto tiles = PairTiles::best(materials, *metric);
+        const auto groups =
+            std::uint64_t{tiles.count()} * (metric->has_row_groups() ? tiles.side : 1);
+        if (groups > limits.groups_x || tiles.padded_materials() > limits.groups_y) {
+            throw Error(Fault::device,
+                        fmt::format("{} materials are more than this device can pair: its "
+                                    "largest dispatch is {} x {} workgroups",
+                                    materials, limits.groups_x, limits.groups_y));
+        }
+        const auto sums = block.sums_bytes(*metric);
+        grid = std::max(grid, block.grid_bytes(*metric));
+        ranges = std::max(ranges, block.ranges_bytes(*metric));
+        in_flight += (metric->has_slopes() ? 2 : 1) * sums + block.norms_bytes(*metric);
+        largest = std::max({largest, grid, sums});
+        needs.fixed_bytes += PairTotals::bytes(*metric, tiles);
+    }
+    const auto most_bytes = std::min({limits.storage_buffer_bytes, limits.allocation_bytes,
+                                      limits.texel_buffer_texels * kTexelBytes});
+    if (largest > most_bytes) {
+        throw Error(Fault::device,
+                    fmt::format("{} materials need a buffer of {} bytes, and this device allows {}",
+                                materials, largest, most_bytes));
+    }
+    needs.block_bytes = 2 * in_flight + block.weights_bytes() + grid + ranges;
+    // weigh.comp has the most groups along x, and the kernels of pairs a row of groups for a block.
+    needs.most_blocks = std::min({most_bytes / largest, std::uint64_t{limits.groups_y},
+                                  std::uint64_t{limits.groups_x} / (kBlockVoxels / kLanes)});
+    if (needs.most_blocks == 0) {
+        throw Error(Fault::device,
+                    fmt::format("this device allows {} workgroups, and one block needs {}",
+                                limits.groups_x, kBlockVoxels / kLanes));
+    }
+    return needs;
+}
+
+SlabBuffers::SlabBuffers(Context& context, const DeviceExtent& extent)
+    : samples(context, extent.samples_bytes(), Traffic::upload, Texels::words),
+      geometry(context, extent.geometry_bytes(), Traffic::upload, Texels::words) {
     // Nothing on the device may meet a number that was never written.
     std::ranges::fill(samples.host(), std::byte{0});
     std::ranges::fill(geometry.host(), std::byte{0});
 }
 
-ScratchBuffers::ScratchBuffers(Context& context, const SlabPlan& plan,
-                               std::span<const Metric* const> metrics) {
-    std::uint64_t grid_bytes = 0;
-    std::uint64_t ranges_bytes = 0;
+namespace {
+
+/// The most bytes of a buffer that any of the metrics needs.
+std::uint64_t most_of(const DeviceExtent& extent, std::span<const Metric* const> metrics,
+                      std::uint64_t (DeviceExtent::*bytes)(const Metric&) const) {
+    std::uint64_t most = 0;
     for (const auto* metric : metrics) {
-        if (plan.on_host(*metric)) {
-            continue;
-        }
-        grid_bytes = std::max(grid_bytes, metric->has_twin() ? 0 : plan.grid_bytes(*metric));
-        ranges_bytes = std::max(ranges_bytes, plan.ranges_bytes(*metric));
+        most = std::max(most, (extent.*bytes)(*metric));
     }
-    if (grid_bytes > 0) {
-        weights.emplace(context, plan.weights_bytes(), Traffic::none, Texels::words);
-        grid.emplace(context, grid_bytes, Traffic::none, Texels::floats);
-    }
-    if (ranges_bytes > 0) {
-        ranges.emplace(context, ranges_bytes, Traffic::none, Texels::floats);
+    return most;
+}
+
+}  // namespace
+
+ScratchBuffers::ScratchBuffers(Context& context, const DeviceExtent& extent,
+                               std::span<const Metric* const> metrics)
+    : weights(context, extent.weights_bytes(), Traffic::none, Texels::words),
+      grid(context, most_of(extent, metrics, &DeviceExtent::grid_bytes), Traffic::none,
+           Texels::floats) {
+    if (const auto bytes = most_of(extent, metrics, &DeviceExtent::ranges_bytes); bytes > 0) {
+        ranges.emplace(context, bytes, Traffic::none, Texels::floats);
     }
 }
 
-DeviceWork::DeviceWork(Context& context, const SlabPlan& plan, const Metric& metric,
+VulkanMetric::VulkanMetric(Context& context, const DeviceExtent& extent, const Metric& metric,
                        std::uint64_t grid_voxels)
-    : DeviceWork(context, plan, metric, grid_voxels, compile_kernels(metric)) {}
+    : VulkanMetric(context, extent, metric, grid_voxels, compile_kernels(metric)) {}
 
-DeviceWork::DeviceWork(Context& context, const SlabPlan& plan, const Metric& metric,
+VulkanMetric::VulkanMetric(Context& context, const DeviceExtent& extent, const Metric& metric,
                        std::uint64_t grid_voxels, const MetricKernels& spirv)
     : metric_(&metric),
-      plan_(plan),
-      tiles_(plan.tiles(metric)),
-      totals_(metric, plan.materials, tiles_, grid_voxels, kRoundings) {
+      extent_(extent),
+      tiles_(PairTiles::best(extent.materials, metric)),
+      totals_(metric, extent.materials, tiles_, grid_voxels, kRoundings) {
     // Drivers take longer than anything else here, and use one thread for a kernel.
     tbb::parallel_invoke(
         [&] {
@@ -145,12 +214,10 @@ DeviceWork::DeviceWork(Context& context, const SlabPlan& plan, const Metric& met
             }
         },
         [&] {
-            if (!metric.has_twin()) {
-                weigh_ = make_kernel(context, metric, "weigh", spirv.weigh, {kTexels, kStorage},
-                                     sizeof(WeighPush));
-                prepare_ = make_kernel(context, metric, "prepare", spirv.prepare,
-                                       {kTexels, kTexels, kTexels, kStorage}, sizeof(PreparePush));
-            }
+            weigh_ = make_kernel(context, metric, "weigh", spirv.weigh, {kTexels, kStorage},
+                                 sizeof(WeighPush));
+            prepare_ = make_kernel(context, metric, "prepare", spirv.prepare,
+                                   {kTexels, kTexels, kTexels, kStorage}, sizeof(PreparePush));
         },
         [&] {
             if (metric.is_checked()) {
@@ -164,82 +231,49 @@ DeviceWork::DeviceWork(Context& context, const SlabPlan& plan, const Metric& met
         });
 }
 
-DeviceWork::Products::Products(Context& context, const DeviceWork& work, SlabBuffers* slab,
+VulkanMetric::Products::Products(Context& context, const VulkanMetric& work, SlabBuffers& slab,
                                ScratchBuffers& scratch)
-    : sums_(download(context, work.plan_.sums_bytes(*work.metric_))) {
-    if (work.metric_->has_twin()) {
-        grid_.emplace(context, work.plan_.grid_bytes(*work.metric_), Traffic::upload,
-                      Texels::floats);
-        // Materials that fill up the last tile are never written.
-        std::ranges::fill(grid_->host(), std::byte{0});
-        weights_.resize(work.plan_.slab_blocks);
-    } else {
-        weigh_ = bind(context, *work.weigh_, {&slab->geometry, &*scratch.weights});
-        prepare_ = bind(context, *work.prepare_,
-                        {&slab->geometry, &slab->samples, &*scratch.weights, &*scratch.grid});
-    }
-    Buffer& grid = grid_ ? *grid_ : *scratch.grid;
+    : sums_(download(context, work.extent_.sums_bytes(*work.metric_))) {
+    Buffer& grid = scratch.grid;
+    weigh_ = bind(context, *work.weigh_, {&slab.geometry, &scratch.weights});
+    prepare_ = bind(context, *work.prepare_,
+                    {&slab.geometry, &slab.samples, &scratch.weights, &grid});
     difference_ = bind(context, *work.difference_, {&grid, &sums_});
     if (work.diagonal_difference_) {
         diagonal_difference_ = bind(context, *work.diagonal_difference_, {&grid, &sums_});
     }
     if (work.norm_) {
-        norms_ = download(context, work.plan_.norms_bytes(*work.metric_));
+        norms_ = download(context, work.extent_.norms_bytes(*work.metric_));
         norm_ = bind(context, *work.norm_, {&grid, &*norms_});
     }
     if (work.slope_) {
-        slopes_ = download(context, work.plan_.sums_bytes(*work.metric_));
+        slopes_ = download(context, work.extent_.sums_bytes(*work.metric_));
         range_ = bind(context, *work.range_, {&grid, &*scratch.ranges});
         slope_ = bind(context, *work.slope_, {&*scratch.ranges, &*slopes_});
         diagonal_slope_ = bind(context, *work.diagonal_slope_, {&*scratch.ranges, &*slopes_});
     }
     if (work.check_) {
         finding_ = download(context, sizeof(Finding));
-        check_ = bind(context, *work.check_, {&grid, &*scratch.weights, &*finding_});
+        check_ = bind(context, *work.check_, {&grid, &scratch.weights, &*finding_});
     }
 }
 
-void DeviceWork::weigh(Products& products, const Slab& slab) const {
-    if (metric_->has_twin()) {
-        fold_weights(*metric_, slab, products.weights_);
-    }
-}
-
-void DeviceWork::make_grid(Products& products, const Slab& slab, std::size_t material,
-                           std::span<const BlockSamples> blocks) const {
-    if (!metric_->has_twin()) {
-        return;
-    }
-    const auto texels = products.grid_->host_as<float>();
-    const std::size_t size = std::size_t{metric_->block_texels()} * 4;
-    for (std::size_t block = 0; block < blocks.size(); ++block) {
-        engine::make_grid(
-            *metric_, slab.voxels_of_block(block), slab.filled(block), products.weights_[block],
-            blocks[block],
-            texels.subspan((block * tiles_.padded_materials() + material) * size, size));
-    }
-}
-
-void DeviceWork::record(Submission& submission, Products& products, std::uint32_t voxels,
+void VulkanMetric::record(Submission& submission, Products& products, std::uint32_t voxels,
                         std::uint32_t blocks) const {
     const std::uint32_t slab_voxels = blocks * kBlockVoxels;
     const std::uint32_t padded = tiles_.padded_materials();
-    const TilesPush tiles = {tiles_.across, plan_.materials};
+    const TilesPush tiles = {tiles_.across, extent_.materials};
     const auto pairs = [&](BoundKernel& above_diagonal, BoundKernel& diagonal) {
         if (tiles_.above_diagonal() > 0) {
             submission.dispatch(above_diagonal, bytes_of(tiles), tiles_.above_diagonal(), blocks);
         }
         submission.dispatch(diagonal, bytes_of(tiles), tiles_.across, blocks);
     };
-    if (products.grid_) {
-        submission.upload(*products.grid_, products.grid_->bytes());
-    } else {
-        submission.dispatch(*products.weigh_, bytes_of(WeighPush{voxels}), slab_voxels / kLanes, 1);
-        submission.dispatch(
-            *products.prepare_,
-            bytes_of(PreparePush{plan_.slab_blocks, plan_.materials, padded, voxels}),
-            slab_voxels / kCellVoxels / kLanes, padded);
-    }
+    submission.dispatch(*products.weigh_, bytes_of(WeighPush{voxels}), slab_voxels / kLanes, 1);
+    submission.dispatch(
+        *products.prepare_,
+        bytes_of(PreparePush{extent_.slab_blocks, extent_.materials, padded, voxels}),
+        slab_voxels / kCellVoxels / kLanes, padded);
     if (products.norm_) {
         submission.dispatch(*products.norm_, bytes_of(tiles), padded, blocks);
         submission.download(*products.norms_, products.norms_->bytes());
@@ -260,7 +294,7 @@ void DeviceWork::record(Submission& submission, Products& products, std::uint32_
     if (products.check_) {
         for (std::uint32_t step = 0; step < 3; ++step) {
             submission.dispatch(*products.check_,
-                                bytes_of(CheckPush{step, tiles_.across, plan_.materials, rows}),
+                                bytes_of(CheckPush{step, tiles_.across, extent_.materials, rows}),
                                 step == 1 ? rows : 1, step == 1 ? blocks : 1);
         }
         submission.download(*products.finding_, sizeof(Finding));
@@ -268,7 +302,7 @@ void DeviceWork::record(Submission& submission, Products& products, std::uint32_
     submission.mark();
 }
 
-void DeviceWork::add(const Products& products, std::uint32_t blocks) {
+void VulkanMetric::add(const Products& products, std::uint32_t blocks) {
     PartialSums sums;
     sums.differences = products.sums_.host_as<const float>();
     if (products.slopes_) {
@@ -280,7 +314,7 @@ void DeviceWork::add(const Products& products, std::uint32_t blocks) {
     totals_.add(sums, blocks);
 }
 
-const Finding* DeviceWork::finding(const Products& products) {
+const Finding* VulkanMetric::finding(const Products& products) {
     return products.finding_ ? products.finding_->host_as<const Finding>().data() : nullptr;
 }
 

@@ -10,16 +10,39 @@
 #include "engine/device/kernel.h"
 #include "engine/device/submission.h"
 #include "engine/distance/parts/pair_totals.h"
-#include "engine/distance/parts/slab_plan.h"
+#include "engine/distance/parts/engine.h"
 #include "engine/metric/check/finding.h"
 #include "engine/metric/metric.h"
 #include "engine/metric/metric_kernels.h"
 
 namespace merl::engine {
 
-/// What kernels need that make a grid on the device: samples of a slab in flight.
+/// How much the device holds at a time.
+struct DeviceExtent {
+    std::uint32_t materials = 0;
+    std::uint32_t slab_blocks = 0;
+
+    std::uint64_t slab_voxels() const { return std::uint64_t{slab_blocks} * kBlockVoxels; }
+
+    // Sizes of the buffers in bytes. Samples and geometry are there for each slab in flight, sums
+    // and norms for each metric and slab in flight (sums twice where there are slopes); weights, grid
+    // and ranges are shared by all.
+    std::uint64_t samples_bytes() const { return slab_voxels() * materials * 3 * sizeof(double); }
+    std::uint64_t geometry_bytes() const { return slab_voxels() * sizeof(Voxel); }
+    std::uint64_t weights_bytes() const { return slab_voxels() * sizeof(double); }
+    std::uint64_t grid_bytes(const Metric& metric) const;
+    std::uint64_t ranges_bytes(const Metric& metric) const;
+    std::uint64_t norms_bytes(const Metric& metric) const;
+    std::uint64_t sums_bytes(const Metric& metric) const;
+};
+
+/// What the metrics need of a device with these limits: EngineNeeds as Engine::needs() has them.
+EngineNeeds device_needs(const device::Limits& limits, std::span<const Metric* const> metrics,
+                         std::uint32_t materials);
+
+/// A slab in flight, as it was read.
 struct SlabBuffers {
-    SlabBuffers(device::Context& context, const SlabPlan& plan);
+    SlabBuffers(device::Context& context, const DeviceExtent& extent);
 
     device::Buffer samples;   // float64 [material][block][channel][voxel of the block]
     device::Buffer geometry;  // Voxel [voxel]
@@ -27,35 +50,32 @@ struct SlabBuffers {
 
 /// Device memory that all metrics and slabs use one after the other.
 struct ScratchBuffers {
-    ScratchBuffers(device::Context& context, const SlabPlan& plan,
+    ScratchBuffers(device::Context& context, const DeviceExtent& extent,
                    std::span<const Metric* const> metrics);
 
-    std::optional<device::Buffer> weights;  // of the voxels, where a grid is made on the device
-    std::optional<device::Buffer> grid;     // likewise
-    std::optional<device::Buffer> ranges;   // [block][material][chunk], where a metric has slopes
+    device::Buffer weights;                // the weight volume of a slab
+    device::Buffer grid;                   // of a metric: [block][material][texel]
+    std::optional<device::Buffer> ranges;  // [block][material][chunk], where a metric has slopes
 };
 
 /// One metric on the device: its kernels (shaders/framework/), and the float64 totals of what they
 /// give.
-class DeviceWork {
+class VulkanMetric {
   public:
     /// Compiles the metric: throws what compile_kernels() throws.
-    DeviceWork(device::Context& context, const SlabPlan& plan, const Metric& metric,
-               std::uint64_t grid_voxels);
+    VulkanMetric(device::Context& context, const DeviceExtent& extent, const Metric& metric,
+                 std::uint64_t grid_voxels);
 
     const Metric& metric() const { return *metric_; }
 
     /// Buffers of one slab in flight, and the kernels bound to them.
     class Products {
       public:
-        /// `slab` is there when a metric of the computation has no twin.
-        Products(device::Context& context, const DeviceWork& work, SlabBuffers* slab,
+        Products(device::Context& context, const VulkanMetric& work, SlabBuffers& slab,
                  ScratchBuffers& scratch);
 
       private:
-        friend class DeviceWork;
-        std::optional<device::Buffer> grid_;    // [block][material][texel], made on the host
-        std::vector<BlockWeights> weights_;     // for that
+        friend class VulkanMetric;
         device::Buffer sums_;                   // [block][tile][row][column]
         std::optional<device::Buffer> slopes_;  // likewise, with has_slopes()
         std::optional<device::Buffer> norms_;   // [block][material], with has_norms()
@@ -63,13 +83,6 @@ class DeviceWork {
         std::optional<device::BoundKernel> weigh_, prepare_, difference_, diagonal_difference_;
         std::optional<device::BoundKernel> norm_, range_, slope_, diagonal_slope_, check_;
     };
-
-    /// For a metric with a twin: the weights of a slab, before make_grid().
-    void weigh(Products& products, const Slab& slab) const;
-
-    /// Likewise: one material's part of the grid. Any thread may call it.
-    void make_grid(Products& products, const Slab& slab, std::size_t material,
-                   std::span<const BlockSamples> blocks) const;
 
     /// Records everything for a slab of `voxels` voxels, filled up to `blocks` blocks. Marks twice:
     /// after the grid is made, and after the differences.
@@ -86,14 +99,14 @@ class DeviceWork {
     MetricDistances distances() const { return totals_.distances(); }
 
   private:
-    DeviceWork(device::Context& context, const SlabPlan& plan, const Metric& metric,
-               std::uint64_t grid_voxels, const MetricKernels& spirv);
+    VulkanMetric(device::Context& context, const DeviceExtent& extent, const Metric& metric,
+                 std::uint64_t grid_voxels, const MetricKernels& spirv);
 
     const Metric* metric_;
-    SlabPlan plan_;
+    DeviceExtent extent_;
     PairTiles tiles_;
     PairTotals totals_;
-    std::optional<device::Kernel> weigh_, prepare_;  // without a twin
+    std::optional<device::Kernel> weigh_, prepare_;
     std::optional<device::Kernel> difference_, diagonal_difference_;
     std::optional<device::Kernel> norm_, range_, slope_, diagonal_slope_, check_;
 };

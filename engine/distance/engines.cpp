@@ -1,0 +1,99 @@
+#include "engine/distance/engines.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "engine/base/error.h"
+#include "engine/distance/host/host_engine.h"
+#include "engine/distance/vulkan/vulkan_engine.h"
+
+namespace merl::engine {
+
+Engines::Engines(std::string device)
+    : device_(std::move(device)),
+      rule_(device_.empty()   ? Rule::automatic
+            : device_ == kHost ? Rule::host
+                               : Rule::vulkan),
+      host_(make_host_engine()) {}
+
+Engines::Engines(device::Context& context, Use use)
+    : rule_(use == Use::everything ? Rule::vulkan : Rule::automatic),
+      looked_(true),
+      software_(use == Use::rest),
+      host_(make_host_engine()),
+      vulkan_(make_vulkan_engine(context)) {}
+
+Engine& Engines::vulkan() {
+    if (!vulkan_) {
+        context_.emplace(device::ContextOptions{.device = device_});
+        vulkan_ = make_vulkan_engine(*context_);
+    }
+    return *vulkan_;
+}
+
+/// What decides the rule where nothing was chosen.
+void Engines::find_devices() {
+    if (std::exchange(looked_, true)) {
+        return;
+    }
+    software_ = true;
+    try {
+        const auto devices = device::list_devices();
+        software_ = devices[device::choose_device(devices, "")].limits.is_host;
+    } catch (const device::NoDriverError& error) {
+        why_no_device_ = error.what();
+        no_driver_ = !error.is_installed();
+    } catch (const Error& error) {
+        why_no_device_ = error.what();
+    }
+}
+
+void Engines::refuse(const Metric& metric) const {
+    const auto text = fmt::format(
+        "{}: the shaders of one's own metric need a Vulkan device{}", metric.file,
+        rule_ == Rule::host ? fmt::format(", which {} is not", kHost) : ": " + why_no_device_);
+    if (rule_ == Rule::host) {
+        throw Error(Fault::usage, text);
+    }
+    throw device::NoDriverError(text, !no_driver_);
+}
+
+std::vector<Engines::Share> Engines::share(std::span<const Metric* const> metrics,
+                                           std::vector<std::string>& warnings) {
+    if (rule_ == Rule::automatic) {
+        find_devices();
+    }
+    const bool all_on_device = rule_ == Rule::vulkan || (rule_ == Rule::automatic && !software_);
+    const bool has_device = all_on_device || (rule_ == Rule::automatic && why_no_device_.empty());
+    std::vector<std::size_t> on_device;
+    std::vector<std::size_t> on_host;
+    for (std::size_t m = 0; m < metrics.size(); ++m) {
+        const Metric& metric = *metrics[m];
+        if (all_on_device || (has_device && !host_is_fast_for(metric))) {
+            on_device.push_back(m);
+            continue;
+        }
+        if (!host_can(metric)) {
+            refuse(metric);
+        }
+        if (!host_is_fast_for(metric)) {
+            warnings.push_back(
+                fmt::format("{} is computed in float64 on this processor, which takes long: "
+                            "minutes for a hundred materials",
+                            metric.name));
+        }
+        on_host.push_back(m);
+    }
+    std::vector<Share> shares;
+    if (!on_device.empty()) {
+        shares.push_back({&vulkan(), std::move(on_device)});
+    }
+    if (!on_host.empty()) {
+        shares.push_back({host_.get(), std::move(on_host)});
+    }
+    return shares;
+}
+
+}  // namespace merl::engine

@@ -1,0 +1,125 @@
+#include "engine/distance/host/host_metric.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace merl::engine {
+namespace {
+
+/// Materials along a side of a tile: as many blocks of them as stay in the processor's nearest
+/// caches.
+constexpr std::uint32_t kTile = 20;
+static_assert(kTile % kHostGroup == 0);
+
+PairTiles tiles_of(std::uint32_t materials) {
+    return PairTiles::covering(materials, kTile);
+}
+
+std::size_t sums_of_block(const PairTiles& tiles) {
+    return tiles.count() * tiles.pairs_of_tile();
+}
+
+/// What the samples at each voxel of a slab are multiplied with before they enter the grid:
+/// weight^(1/degree), which the difference turns into the weight again. Zero where there is no
+/// voxel.
+void fold_weights(const Metric& metric, const Slab& slab, std::span<BlockWeights> weights) {
+    const double power = 1 / metric.header.degree;
+    tbb::parallel_for(std::uint64_t{0}, slab.blocks(), [&](std::uint64_t block) {
+        weigh_block(metric, slab, block, weights[block]);
+        std::ranges::transform(weights[block], weights[block].begin(),
+                               [=](double weight) { return std::pow(weight, power); });
+    });
+}
+
+/// One block of one material, rounded once from float64. Zero from voxel `filled` on.
+void make_scalars(const Metric& metric, std::span<const Voxel, kBlockVoxels> voxels,
+                  std::uint64_t filled, const BlockWeights& weights, const BlockSamples& samples,
+                  BlockScalars& scalars) {
+    metric.twin.scale(metric.parameters, voxels, samples, weights, scalars);
+    for (std::size_t c = 0; c < samples.size(); ++c) {
+        // Of voxels that are not there a transform may make NaN.
+        const auto channel = std::span(scalars).subspan(c * kBlockVoxels, kBlockVoxels);
+        std::ranges::fill(channel.subspan(filled), 0.0F);
+    }
+}
+
+}  // namespace
+
+HostMetric::HostMetric(const Metric& metric, std::uint32_t materials, std::uint32_t slab_blocks,
+                       std::uint64_t grid_voxels)
+    : metric_(&metric),
+      tiles_(tiles_of(materials)),
+      materials_(materials),
+      totals_(metric, materials, tiles_, grid_voxels, kHostRoundings),
+      weights_(slab_blocks),
+      grid_(std::size_t{slab_blocks} * materials),
+      ranges_(metric.has_slopes() ? grid_.size() : 0),
+      differences_(slab_blocks * sums_of_block(tiles_)),
+      slopes_(metric.has_slopes() ? differences_.size() : 0),
+      norms_(metric.has_norms() ? std::size_t{slab_blocks} * tiles_.padded_materials() : 0) {}
+
+std::uint64_t HostMetric::block_bytes(const Metric& metric, std::uint32_t materials) {
+    const auto tiles = tiles_of(materials);
+    const std::uint64_t grid =
+        sizeof(BlockScalars) + (metric.has_slopes() ? sizeof(ChunkRanges) : 0);
+    const std::uint64_t sums = (metric.has_slopes() ? 2 : 1) * sums_of_block(tiles) +
+                               (metric.has_norms() ? tiles.padded_materials() : 0);
+    return sizeof(BlockWeights) + materials * grid + sums * sizeof(float);
+}
+
+std::uint64_t HostMetric::fixed_bytes(const Metric& metric, std::uint32_t materials) {
+    return PairTotals::bytes(metric, tiles_of(materials));
+}
+
+void HostMetric::weigh(const Slab& slab) {
+    fold_weights(*metric_, slab, weights_);
+}
+
+void HostMetric::make_grid(const Slab& slab, std::size_t material,
+                           std::span<const BlockSamples> blocks) {
+    for (std::size_t block = 0; block < blocks.size(); ++block) {
+        const std::size_t at = block * materials_ + material;
+        make_scalars(*metric_, slab.voxels_of_block(block), slab.filled(block), weights_[block],
+                     blocks[block], grid_[at]);
+        if (metric_->has_slopes()) {
+            find_ranges(grid_[at], ranges_[at]);
+        }
+        if (metric_->has_norms()) {
+            norms_[block * tiles_.padded_materials() + material] =
+                sum_norm(metric_->header.degree, grid_[at]);
+        }
+    }
+}
+
+void HostMetric::sum(const Slab& slab) {
+    const auto in_tile = [&](std::uint32_t first) {
+        return std::min(tiles_.side, materials_ - first);
+    };
+    const std::uint64_t tasks = slab.blocks() * tiles_.count();
+    tbb::parallel_for(std::uint64_t{0}, tasks, [&](std::uint64_t task) {
+        const std::uint64_t block = task / tiles_.count();
+        const auto tile = tiles_.place_of(static_cast<std::uint32_t>(task % tiles_.count()));
+        const std::size_t first = block * materials_;
+        const std::size_t sums = task * tiles_.pairs_of_tile();
+        const auto tile_of = [&]<typename T>(const Aligned<T>& materials, std::vector<float>& to) {
+            return HostTile<T>{.rows = &materials[first + tile.row],
+                               .columns = &materials[first + tile.column],
+                               .row_count = in_tile(tile.row),
+                               .column_count = in_tile(tile.column),
+                               .sums = &to[sums],
+                               .stride = tiles_.side};
+        };
+        sum_differences(metric_->header.degree, tile_of(grid_, differences_));
+        if (metric_->has_slopes()) {
+            sum_slopes(tile_of(ranges_, slopes_));
+        }
+    });
+}
+
+void HostMetric::add(const Slab& slab) {
+    totals_.add({.differences = differences_, .slopes = slopes_, .norms = norms_}, slab.blocks());
+}
+
+}  // namespace merl::engine

@@ -1,0 +1,48 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "engine/distance/parts/pair_totals.h"
+#include "engine/distance/parts/slab.h"
+
+namespace merl::engine {
+
+/// One metric with a twin and no degree on the processor, in float64: its distances have the bits of
+/// float64_distances(), and their bounds are 0.
+class TwinMetric {
+  public:
+    TwinMetric(const Metric& metric, std::uint32_t materials, std::uint32_t slab_blocks,
+               std::uint64_t grid_voxels);
+
+    /// The bytes of memory of that for each block of a slab, and of its totals.
+    static std::uint64_t block_bytes(std::uint32_t materials);
+    static std::uint64_t fixed_bytes(std::uint32_t materials);
+
+    /// The weights of a slab.
+    void weigh(const Slab& slab);
+
+    /// The transformed samples of one material. Any thread may call it.
+    void make_grid(const Slab& slab, std::size_t material, std::span<const BlockSamples> blocks);
+
+    /// The sums of the slab, on all threads.
+    void sum(const Slab& slab);
+
+    /// Adds them to the totals.
+    void add(const Slab& slab);
+
+    /// After the last slab.
+    MetricDistances distances() const;
+
+  private:
+    const Metric* metric_;
+    std::uint32_t materials_;
+    std::uint64_t grid_voxels_;
+    std::vector<BlockWeights> weights_;
+    std::vector<BlockSamples> grid_;  // [block][material]
+    std::vector<double> sums_;        // [block][pair]
+    std::vector<double> totals_;      // [pair]
+};
+
+}  // namespace merl::engine

@@ -1,0 +1,184 @@
+#include "engine/distance/vulkan/vulkan_engine.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <array>
+#include <optional>
+#include <set>
+#include <utility>
+
+#include "engine/base/error.h"
+#include "engine/base/stopwatch.h"
+#include "engine/device/submission.h"
+#include "engine/distance/vulkan/vulkan_metric.h"
+
+namespace merl::engine {
+namespace {
+
+/// A slab in flight: its buffers, and the commands that work on them.
+struct Slot {
+    Slot(device::Context& context, const DeviceExtent& extent, std::span<const VulkanMetric> metrics,
+         ScratchBuffers& scratch)
+        : buffers(context, extent),
+          submission(context, static_cast<std::uint32_t>(1 + 2 * metrics.size())) {
+        for (const auto& metric : metrics) {
+            products.emplace_back(context, metric, buffers, scratch);
+        }
+    }
+
+    SlabBuffers buffers;
+    std::vector<VulkanMetric::Products> products;  // per metric
+    device::Submission submission;
+    std::uint32_t blocks = 0;  // of the slab that was submitted; 0 when there is none
+    std::uint64_t first = 0;   // position of its first voxel
+};
+
+/// Two slabs in flight: while the device computes one, the host fills the other.
+class VulkanWork final : public EngineWork {
+  public:
+    VulkanWork(device::Context& context, std::span<const Metric* const> metrics,
+               const Extent& extent, const WorkSite& site)
+        : context_(context),
+          extent_{extent.materials, extent.slab_blocks},
+          scratch_(context, extent_, metrics),
+          site_(site) {
+        Stopwatch watch;
+        std::vector<std::optional<VulkanMetric>> compiled(metrics.size());
+        tbb::parallel_for(std::size_t{0}, metrics.size(), [&](std::size_t m) {
+            compiled[m].emplace(context, extent_, *metrics[m], extent.grid_voxels);
+        });
+        for (auto& metric : compiled) {
+            metrics_.push_back(std::move(*metric));
+        }
+        for (auto& slot : slots_) {
+            slot = std::make_unique<Slot>(context, extent_, metrics_, scratch_);
+        }
+        site_.seconds.kernels += watch.lap();
+    }
+
+    void begin(const Slab& slab) override {
+        std::swap(slots_[0], slots_[1]);
+        finish(*slots_[0]);
+        slab_ = &slab;
+        std::ranges::copy(std::as_bytes(std::span(slab.geometry)),
+                          slots_[0]->buffers.geometry.host().begin());
+    }
+
+    void take(std::size_t material, std::span<const BlockSamples> blocks) override {
+        const std::size_t first = material * extent_.slab_blocks;
+        std::ranges::copy(blocks, slots_[0]->buffers.samples.host_as<BlockSamples>().begin() +
+                                      static_cast<std::ptrdiff_t>(first));
+    }
+
+    void compute() override {
+        Slot& slot = *slots_[0];
+        slot.first = slab_->first;
+        slot.blocks = static_cast<std::uint32_t>(slab_->blocks());
+        auto& s = slot.submission;
+        s.begin();
+        s.upload(slot.buffers.samples, slot.buffers.samples.bytes());
+        s.upload(slot.buffers.geometry, slot.buffers.geometry.bytes());
+        s.mark();
+        for (std::size_t m = 0; m < metrics_.size(); ++m) {
+            metrics_[m].record(s, slot.products[m], static_cast<std::uint32_t>(slab_->voxels),
+                               slot.blocks);
+        }
+        s.submit();
+        context_.check_validation();
+    }
+
+    std::vector<MetricDistances> distances() override {
+        finish(*slots_[1]);  // the older one first: totals are added in voxel order
+        finish(*slots_[0]);
+        context_.check_validation();
+        std::vector<MetricDistances> result;
+        for (const auto& metric : metrics_) {
+            result.push_back(metric.distances());
+        }
+        return result;
+    }
+
+    std::uint64_t peak_bytes() const override { return context_.peak_allocated_bytes(); }
+
+  private:
+    /// Waits for the slab of a slot and adds its partial sums to the totals.
+    void finish(Slot& slot) {
+        if (slot.blocks == 0) {
+            return;
+        }
+        Stopwatch watch;
+        slot.submission.wait();
+        site_.seconds.waiting += watch.lap();
+        const auto device = slot.submission.seconds();
+        for (std::size_t m = 0; m < metrics_.size(); ++m) {
+            site_.seconds.transform += device[2 * m];
+            site_.seconds.difference += device[2 * m + 1];
+            if (const auto* finding = VulkanMetric::finding(slot.products[m])) {
+                look_at(metrics_[m].metric(), *finding, slot.first);
+            }
+            metrics_[m].add(slot.products[m], slot.blocks);
+        }
+        slot.blocks = 0;
+        site_.seconds.adding += watch.lap();
+    }
+
+    /// What check.comp says of a slab whose first voxel has this position.
+    void look_at(const Metric& metric, const Finding& finding, std::uint64_t first) {
+        const auto file_index = [&](std::uint32_t voxel) {
+            return site_.voxels.runs(first + voxel, first + voxel + 1).front().file_index;
+        };
+        if (finding.kind != Finding::fine) {
+            throw InputError(
+                explain(finding, metric, site_.database, file_index(finding.voxel)));
+        }
+        if (finding.same_voxel != Finding::kNone && warned_.insert(&metric).second) {
+            site_.warnings.push_back(
+                warn_of_same(finding, metric, site_.database, file_index(finding.same_voxel)));
+        }
+    }
+
+    device::Context& context_;
+    DeviceExtent extent_;
+    ScratchBuffers scratch_;
+    WorkSite site_;
+    std::vector<VulkanMetric> metrics_;
+    std::array<std::unique_ptr<Slot>, 2> slots_;  // the first is being filled
+    const Slab* slab_ = nullptr;
+    std::set<const Metric*> warned_;  // of a difference from itself: once
+};
+
+class VulkanEngine final : public Engine {
+  public:
+    explicit VulkanEngine(device::Context& context) : context_(context) {}
+
+    EngineDescription description() const override {
+        const auto& info = context_.info();
+        return {.engine = "vulkan",
+                .name = info.name,
+                .kind = info.kind,
+                .driver = info.driver,
+                .vulkan = info.vulkan};
+    }
+
+    EngineNeeds needs(std::span<const Metric* const> metrics,
+                      std::uint32_t materials) const override {
+        return device_needs(context_.limits(), metrics, materials);
+    }
+
+    std::unique_ptr<EngineWork> start(std::span<const Metric* const> metrics, const Extent& extent,
+                                      const WorkSite& site) override {
+        return std::make_unique<VulkanWork>(context_, metrics, extent, site);
+    }
+
+  private:
+    device::Context& context_;
+};
+
+}  // namespace
+
+std::unique_ptr<Engine> make_vulkan_engine(device::Context& context) {
+    return std::make_unique<VulkanEngine>(context);
+}
+
+}  // namespace merl::engine
