@@ -14,14 +14,16 @@
 #include "app/cli/exit_status.h"
 #include "app/cli/interrupt.h"
 #include "app/cli/terminal.h"
-#include "app/cli/version.h"
 #include "app/commands/commands.h"
 #include "app/output/output_directory.h"
+#include "app/pipeline/version.h"
 #include "engine/base/error.h"
+#include "engine/device/context.h"
 
 namespace {
 
 using namespace merl::app;
+namespace pipeline = merl::pipeline;
 
 int status_of(merl::Fault fault) {
     switch (fault) {
@@ -82,7 +84,7 @@ std::string usage_text(const CLI::App& program, const CLI::ParseError& error) {
 int run(int argc, char** argv) {
     CLI::App program("The bench for reflectance metrics: where do two of them disagree?",
                      "merl-scan");
-    program.set_version_flag("--version", kVersion);
+    program.set_version_flag("--version", pipeline::kVersion);
     program.require_subcommand(1);
     program.footer(
         "Examples:\n"
@@ -120,6 +122,7 @@ int run(int argc, char** argv) {
         flush_output();
         return kSuccess;
     }
+    merl::device::widen_lavapipe();
     const int status = chosen();
     flush_output();
     return status;
@@ -132,6 +135,12 @@ int main(int argc, char** argv) {
     try {
         open_standard_files();
         return run(argc, argv);
+    } catch (const merl::device::NoDriverError& error) {
+        return complain("",
+                        error.is_installed()
+                            ? error.what()
+                            : fmt::format("{}; on Debian: {}", error.what(), kInstallDriver),
+                        kDevice);
     } catch (const merl::Error& error) {
         return complain("", error.what(), status_of(error.fault()));
     } catch (const Interrupted& interrupt) {

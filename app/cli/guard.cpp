@@ -24,7 +24,6 @@
 
 #include "app/cli/interrupt.h"
 #include "engine/base/error.h"
-#include "engine/device/context.h"
 
 namespace merl::app {
 namespace {
@@ -174,7 +173,7 @@ void run_guarded(const std::string& what, double seconds, std::uint64_t bytes,
     }
 }
 
-void try_device_where_limited(const std::string& device) {
+void try_device_where_limited(const std::function<void()>& open) {
     const auto is_limited = [](auto resource) {
         rlimit limit = {};
         return ::getrlimit(resource, &limit) == 0 && limit.rlim_cur != RLIM_INFINITY;
@@ -187,7 +186,7 @@ void try_device_where_limited(const std::string& device) {
         run_guarded("opening the device", kSeconds, std::numeric_limits<std::uint64_t>::max(), [&] {
             // What this process has taken by the time that it opens the device.
             const std::vector<std::byte> reserve(std::size_t{64} << 20U);
-            const device::Context context({.device = device});
+            open();
         });
     } catch (const Error& error) {
         if (error.fault() == Fault::input) {  // it crashed, or never ended

@@ -17,8 +17,8 @@ void run_guarded(const std::string& what, double seconds, std::uint64_t bytes,
                  const std::function<void()>& work);
 
 /// Where the memory of this process is limited (ulimit -v, -d) drivers may crash instead of saying
-/// so: there the device is opened in a process of its own first. Throws Error (resource) when that
-/// crashes, and what opening it throws. To be called like run_guarded().
-void try_device_where_limited(const std::string& device);
+/// so: there `open`, which opens what will be used, runs in a process of its own first. Throws
+/// Error (resource) when that crashes, and what it throws. To be called like run_guarded().
+void try_device_where_limited(const std::function<void()>& open);
 
 }  // namespace merl::app

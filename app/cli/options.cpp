@@ -10,6 +10,7 @@
 #include <string_view>
 
 #include "engine/base/number.h"
+#include "engine/database/open_database.h"
 
 namespace merl::app {
 namespace {
@@ -88,6 +89,17 @@ CLI::Option* add_output_options(CLI::App& command, std::string& out, bool& force
                        ->capture_default_str();
     command.add_flag("--force", force, "Replace the results in an existing directory");
     return option;
+}
+
+void add_quiet_option(CLI::App& command, bool& quiet, const char* what) {
+    command.add_flag("--quiet", quiet, what);
+}
+
+CLI::Option* add_database_option(CLI::App& command, std::string& database,
+                                 const std::string& more) {
+    return command
+        .add_option("--database", database, fmt::format("{} {}", engine::database_help(), more))
+        ->transform(not_empty());
 }
 
 void add_bootstrap_options(CLI::App& command, scan::BootstrapOptions& options) {

@@ -27,6 +27,14 @@ CLI::Validator not_empty();
 /// Adds --out and --force of a command that writes a directory of results. Returns --out.
 CLI::Option* add_output_options(CLI::App& command, std::string& out, bool& force);
 
+/// Adds --quiet; `what` is what there is none of then.
+void add_quiet_option(CLI::App& command, bool& quiet,
+                      const char* what = "No progress and no summary");
+
+/// Adds --database; `more` is what else its description says.
+CLI::Option* add_database_option(CLI::App& command, std::string& database,
+                                 const std::string& more = "(default: built-in)");
+
 /// Adds --replicates and --seed.
 void add_bootstrap_options(CLI::App& command, scan::BootstrapOptions& options);
 

@@ -17,6 +17,10 @@ std::string from_utf8(std::string_view text);
 /// and what looks the same is the same.
 std::string printable(std::string_view text);
 
+/// What gives a machine a Vulkan device.
+inline constexpr const char* kInstallDriver =
+    "apt-get install libvulkan1 mesa-vulkan-drivers (lavapipe runs on any processor)";
+
 /// Writes one line, `printable`, to standard output. Throws Error (output) when that fails. Where
 /// standard output is a pipe that nobody reads any more (`| head`) nothing is written and nothing
 /// is wrong.

@@ -2,10 +2,6 @@
 
 #include <CLI/CLI.hpp>
 #include <functional>
-#include <memory>
-#include <string>
-
-#include "engine/database/database.h"
 
 namespace merl::app {
 
@@ -26,11 +22,5 @@ void add_judge(CLI::App& program, Command& chosen);
 void add_render(CLI::App& program, Command& chosen);
 void add_votes(CLI::App& program, Command& chosen);
 void add_power(CLI::App& program, Command& chosen);
-
-/// What --database calls the built-in database.
-inline constexpr const char* kBuiltIn = "built-in";
-
-/// The MERL directory at `path`, or the built-in database when it is empty or kBuiltIn.
-std::unique_ptr<engine::Database> open_database(const std::string& path);
 
 }  // namespace merl::app

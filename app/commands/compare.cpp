@@ -7,17 +7,19 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "app/cli/control.h"
 #include "app/cli/exit_status.h"
 #include "app/cli/interrupt.h"
-#include "app/cli/open_metrics.h"
 #include "app/cli/options.h"
 #include "app/cli/progress.h"
 #include "app/cli/terminal.h"
 #include "app/commands/commands.h"
-#include "app/output/describe.h"
+#include "app/commands/obtain_distances.h"
+#include "app/commands/open_metrics.h"
+#include "app/output/json.h"
 #include "app/output/output_directory.h"
+#include "app/output/provenance.h"
 #include "app/pages/compare_page.h"
-#include "app/pipeline/obtain_distances.h"
 #include "engine/base/stopwatch.h"
 #include "scan/io/csv.h"
 
@@ -38,13 +40,19 @@ struct Options {
     bool quiet = false;
 };
 
-/// Wall-clock seconds of the stages, which follow each other.
-struct Seconds {
-    double device = 0;  // opening it
-    double distances = 0;
-    double compare = 0;
-    double write = 0;
-    double total() const { return device + distances + compare + write; }
+struct Outcome {
+    pipeline::PairDistances distances;
+    scan::ComparisonResult compared;
+    double compare_seconds = 0;
+    double write_seconds = 0;
+
+    double device_seconds() const { return distances.provenance.seconds.opening; }
+    double distance_seconds() const {
+        return distances.provenance.seconds.total - device_seconds();
+    }
+    double total_seconds() const {
+        return distances.provenance.seconds.total + compare_seconds + write_seconds;
+    }
 };
 
 ordered_json comparison_json(const scan::DistanceTable& table, const scan::Comparison& c) {
@@ -62,32 +70,32 @@ ordered_json comparison_json(const scan::DistanceTable& table, const scan::Compa
             {"strongest", strongest}};
 }
 
-std::string summary_json(const Options& options, const ObtainedDistances& obtained,
-                         const scan::ComparisonResult& compared, const Seconds& seconds) {
-    const auto& table = obtained.table;
+std::string summary_json(const Options& options, const Outcome& o) {
+    const auto& table = o.distances.table;
+    const auto& provenance = o.distances.provenance;
     ordered_json json = program_json();
-    json["metrics"] = obtained.described_metrics;
-    json.update(obtained.source);
+    json["metrics"] = metrics_json(provenance);
+    json.update(source_json(provenance));
     ordered_json comparisons = ordered_json::array();
-    for (const auto& comparison : compared.comparisons) {
+    for (const auto& comparison : o.compared.comparisons) {
         comparisons.push_back(comparison_json(table, comparison));
     }
     json.update(ordered_json{{"materials", table.materials()},
                              {"pairs", table.pairs()},
                              {"configurations", scan::configuration_count(table.pairs())},
-                             {"counted_by", counted_by(compared.streamed)},
+                             {"counted_by", counted_by(o.compared.streamed)},
                              {"comparisons", comparisons},
                              {"options",
                               {{"device", options.distances.device},
                                {"memory_bytes", options.distances.memory},
                                {"threads", options.distances.threads}}}});
-    json.update(obtained.device);
-    json["warnings"] = texts_json(obtained.warnings);
-    json["seconds"] = {{"device", seconds.device},
-                       {"distances", seconds.distances},
-                       {"compare", seconds.compare},
-                       {"write", seconds.write},
-                       {"total", seconds.total()}};
+    json.update(engines_json(provenance));
+    json["warnings"] = texts_json(provenance.warnings);
+    json["seconds"] = {{"device", o.device_seconds()},
+                       {"distances", o.distance_seconds()},
+                       {"compare", o.compare_seconds},
+                       {"write", o.write_seconds},
+                       {"total", o.total_seconds()}};
     return json_text(json);
 }
 
@@ -129,64 +137,63 @@ void print_comparisons(const scan::DistanceTable& table,
     print_line("");
 }
 
-void print_summary(const Options& options, const ObtainedDistances& obtained,
-                   const scan::ComparisonResult& compared, const Seconds& seconds) {
-    const auto& table = obtained.table;
-    for (const auto& [name, text] : obtained.source_lines) {
+void print_summary(const Options& options, const Outcome& o) {
+    const auto& table = o.distances.table;
+    for (const auto& [name, text] : source_lines(o.distances)) {
         print_result(name, text);
     }
     print_result("pairs", fmt::format("{}", fmt::group_digits(table.pairs())));
     print_result("configurations",
                  fmt::format("{}", fmt::group_digits(scan::configuration_count(table.pairs()))));
     print_result("metrics", fmt::format("{}", table.metrics.size()));
-    print_comparisons(table, compared.comparisons);
-    for (const auto& [name, text] : obtained.device_lines) {
+    print_comparisons(table, o.compared.comparisons);
+    for (const auto& [name, text] : engine_lines(o.distances.provenance)) {
         print_result(name, text);
     }
     print_result("seconds",
                  fmt::format("{:.2f}: device {:.2f}, distances {:.2f}, compare {:.2f}, write "
                              "{:.2f}",
-                             seconds.total(), seconds.device, seconds.distances, seconds.compare,
-                             seconds.write));
+                             o.total_seconds(), o.device_seconds(), o.distance_seconds(),
+                             o.compare_seconds, o.write_seconds));
     print_result("results", options.out + ": open compare.html in a browser");
 }
 
 int run(const Options& options) {
     const auto threads = limit_threads(options.distances.threads);
-    OutputDirectory out(options.out, options.force,
-                        {"distances.csv", "compare.csv", "compare.html", "summary.json"},
-                        {options.distances.distances});
-    auto obtained = obtain_distances(options.distances, kMetrics, options.quiet);
-    warn_if_all_are_zero(obtained);
-    Seconds seconds = {obtained.device_seconds, obtained.distance_seconds, 0, 0};
+    TerminalControl terminal(options.quiet);
+    const auto control = terminal.control();
+    Outcome o;
     Stopwatch watch;
-    scan::ComparisonResult compared;
-    {
-        Progress progress("comparing", options.quiet);
-        compared = scan::compare_metrics(obtained.table, kStrongest,
-                                         [&](double share) { progress.update(share); });
-    }
-    seconds.compare = watch.lap();
-    {
-        Progress progress("writing", options.quiet);
-        out.write("distances.csv", [&](int file) {
-            scan::write_distance_table(file, obtained.table,
-                                       [&](double share) { progress.update(share); });
-        });
-    }
-    out.write("compare.csv", [&](int file) {
-        scan::write_comparisons(file, obtained.table, compared.comparisons);
-    });
-    throw_if_interrupted();
-    const std::string page = compare_page(obtained, compared);
-    out.write("compare.html", [&](int file) { scan::write_all(file, page); });
-    seconds.write = watch.lap();
-    throw_if_interrupted();
-    const std::string summary = summary_json(options, obtained, compared, seconds);
-    out.write("summary.json", [&](int file) { scan::write_all(file, summary); });
-    out.commit();
+    OutputDirectory out(
+        options.out, options.force,
+        {{.name = "distances.csv",
+          .write =
+              [&](int file) {
+                  scan::write_distance_table(file, o.distances.table, control.stage("writing"));
+              }},
+         {.name = "compare.csv",
+          .write =
+              [&](int file) {
+                  scan::write_comparisons(file, o.distances.table, o.compared.comparisons);
+              }},
+         {.name = "compare.html",
+          .write = [&](int file) { scan::write_all(file, compare_page(o.distances, o.compared)); }},
+         {.name = "summary.json",
+          .write =
+              [&](int file) {
+                  o.write_seconds = watch.lap();
+                  scan::write_all(file, summary_json(options, o));
+              }}},
+        {options.distances.distances});
+    o.distances = obtain_distances(options.distances, kMetrics, control).distances;
+    warn_if_all_are_zero(o.distances);
+    watch.lap();
+    o.compared = scan::compare_metrics(o.distances.table, kStrongest, control.stage("comparing"));
+    o.compare_seconds = watch.lap();
+    out.finish();
+    terminal.clear();
     if (!options.quiet) {
-        print_summary(options, obtained, compared, seconds);
+        print_summary(options, o);
     }
     return kSuccess;
 }
@@ -199,7 +206,7 @@ void add_compare(CLI::App& program, Command& chosen) {
         "compare", "Every two metrics beside each other: how often they disagree, and where most");
     add_distance_options(*command, options->distances, kMetrics);
     add_output_options(*command, options->out, options->force);
-    command->add_flag("--quiet", options->quiet, "No progress and no summary");
+    add_quiet_option(*command, options->quiet);
     command->footer(
         std::string("Writes distances.csv, compare.csv, compare.html and summary.json "
                     "(docs/file-formats.md).\n"

@@ -17,12 +17,11 @@
 #include "app/commands/commands.h"
 #include "app/output/output_directory.h"
 #include "engine/base/error.h"
-#include "engine/database/abc_database.h"
 #include "engine/database/content_hash.h"
+#include "engine/database/damage.h"
 #include "engine/database/domain.h"
-#include "engine/database/material_check.h"
-#include "engine/database/merl_directory.h"
 #include "engine/database/merl_file.h"
+#include "engine/database/open_database.h"
 #include "scan/io/csv.h"
 
 namespace merl::app {
@@ -33,7 +32,8 @@ using engine::VoxelRange;
 using engine::VoxelRun;
 
 struct Options {
-    std::string path;
+    std::string path;      // for info
+    std::string database;  // for write
     std::string out;
     bool force = false;
     bool quiet = false;
@@ -78,21 +78,16 @@ std::vector<VoxelRun> runs_within(const std::vector<VoxelRun>& runs, VoxelRange 
     return within;
 }
 
-/// Goes through one material; `read` is Database::read or the same for a single file. `progress`
-/// is called with the share of it that is done.
-template <typename Read>
-Content content_of(const Grid& grid, const std::vector<VoxelRun>& above_horizon, const Read& read,
+/// Goes through the one material of a database. `progress` is called with the share of it that is
+/// done.
+Content content_of(const engine::Database& database, const std::vector<VoxelRun>& above_horizon,
                    const std::function<void(double)>& progress) {
-    constexpr std::uint64_t kVoxelsAtATime = 65536;
+    const Grid& grid = database.grid();
     Content content;
-    std::vector<double> samples;
     engine::ContentHash hash(1);
-    engine::MaterialCheck check(grid);
+    engine::DamageCheck check(grid);
     std::uint64_t negative_above = 0;
-    for (std::uint64_t at = 0; at < grid.voxels(); at += kVoxelsAtATime) {
-        const VoxelRange range = {at, std::min(at + kVoxelsAtATime, grid.voxels())};
-        samples.resize(3 * range.size());
-        read(range, samples, hash);
+    const auto look_at = [&](VoxelRange range, std::span<const double> samples) {
         const auto is_negative = [&](std::uint64_t i) {
             return std::min(
                        {samples[i], samples[range.size() + i], samples[2 * range.size() + i]}) < 0;
@@ -114,7 +109,8 @@ Content content_of(const Grid& grid, const std::vector<VoxelRun>& above_horizon,
         }
         check.add(range, samples, above);
         progress(static_cast<double>(range.last) / static_cast<double>(grid.voxels()));
-    }
+    };
+    engine::read_material(database, 0, hash.sink(0), look_at);
     content.hash = hash.material_digest(0, grid.text());
     content.fault = check.fault(negative_above, hash, 0);
     return content;
@@ -144,42 +140,11 @@ auto share_of(Progress& progress, std::size_t material, std::size_t count) {
     };
 }
 
-int info_of_built_in(const Options& options) {
-    const auto database = engine::make_abc_database();
-    const auto& materials = database->materials();
-    print_line(fmt::format("{}: {} materials, {}", database->name(), materials.size(),
-                           database->grid().text()));
-    print_heading();
-    Progress progress("computing", options.quiet);
-    Horizon horizon;
-    for (std::size_t m = 0; m < materials.size(); ++m) {
-        const Content content = content_of(
-            database->grid(), horizon.runs(database->grid()),
-            [&](VoxelRange range, std::span<double> samples, engine::ContentHash&) {
-                database->read(m, range, samples);
-            },
-            share_of(progress, m, materials.size()));
-        clear_progress();
-        print_row(materials[m], database->grid(), content);
-    }
-    return kSuccess;
-}
-
 int info(const Options& options) {
-    if (options.path.empty()) {
-        return info_of_built_in(options);
-    }
-    std::vector<engine::MerlEntry> entries;
-    std::error_code none;
-    if (std::filesystem::is_directory(options.path, none)) {
-        entries = engine::list_merl_directory(options.path);
-        print_line(fmt::format("{}: {} .binary file{}", options.path, entries.size(),
-                               entries.size() == 1 ? "" : "s"));
-    } else {
-        engine::read_merl_header(options.path);  // throws unless it is a MERL file
-        entries.push_back({std::filesystem::path(options.path).stem().string(), options.path});
-        print_line(fmt::format("{}: one file", options.path));
-    }
+    const auto sources = engine::list_database(options.path);
+    print_line(fmt::format("{}: {} material{}",
+                           options.path.empty() ? engine::kBuiltIn : options.path, sources.size(),
+                           sources.size() == 1 ? "" : "s"));
     print_heading();
     std::size_t bad = 0;
     Grid first_grid;
@@ -191,22 +156,13 @@ int info(const Options& options) {
     Horizon horizon;
     {
         Progress progress("reading", options.quiet);
-        for (std::size_t i = 0; i < entries.size(); ++i) {
-            const auto& [material, path] = entries[i];
+        for (std::size_t i = 0; i < sources.size(); ++i) {
+            const auto& material = sources[i].material;
             try {
-                const auto header = engine::read_merl_header(path);
-                const Grid& grid = header.grid;
-                const auto read = [&path = path, &header](VoxelRange range,
-                                                          std::span<double> samples,
-                                                          engine::ContentHash& hash) {
-                    engine::read_merl_samples(
-                        path, header, range, samples,
-                        [&](std::size_t plane, std::span<const std::byte> bytes) {
-                            hash.update(0, plane, bytes);
-                        });
-                };
-                const Content content = content_of(grid, horizon.runs(grid), read,
-                                                   share_of(progress, i, entries.size()));
+                const auto database = sources[i].open();
+                const Grid& grid = database->grid();
+                const Content content = content_of(*database, horizon.runs(grid),
+                                                   share_of(progress, i, sources.size()));
                 clear_progress();
                 print_row(material, grid, content);
                 damaged += content.fault.empty() ? 0 : 1;
@@ -231,34 +187,33 @@ int info(const Options& options) {
         print_line(fmt::format("the same content: {}", fmt::join(same, ", ")));
     }
     if (damaged > 0) {
-        print_line(fmt::format("{} of {} look{} damaged", damaged, entries.size(),
+        print_line(fmt::format("{} of {} look{} damaged", damaged, sources.size(),
                                damaged == 1 ? "s" : ""));
     }
-    print_line(fmt::format("{} of {} can be read{}", entries.size() - bad, entries.size(),
+    print_line(fmt::format("{} of {} can be read{}", sources.size() - bad, sources.size(),
                            grids_differ ? "; their grids differ, and a scan needs one grid"
                            : any        ? fmt::format("; grid {}", first_grid.text())
                                         : ""));
-    return bad == 0 && damaged == 0 && copies.empty() && !grids_differ && !entries.empty()
+    return bad == 0 && damaged == 0 && copies.empty() && !grids_differ && !sources.empty()
                ? kSuccess
                : kInput;
 }
 
 int write(const Options& options) {
-    const auto database = engine::make_abc_database();
+    const auto database = engine::open_database(options.database);
     const auto& materials = database->materials();
-    std::vector<std::string> files(materials.size());
-    std::transform(materials.begin(), materials.end(), files.begin(),
-                   [](const std::string& material) { return material + ".binary"; });
-    OutputDirectory out(options.out, options.force, files);
-    {
-        Progress progress("writing", options.quiet);
-        for (std::size_t m = 0; m < materials.size(); ++m) {
-            out.write(files[m],
-                      [&](int file) { scan::write_all(file, engine::merl_file(*database, m)); });
-            progress.update(static_cast<double>(m + 1) / static_cast<double>(materials.size()));
-        }
+    std::vector<OutputFile> files;
+    Progress progress("writing", options.quiet);
+    for (std::size_t m = 0; m < materials.size(); ++m) {
+        files.push_back({.name = materials[m] + ".binary", .write = [&, m](int file) {
+                             scan::write_all(file, engine::merl_file(*database, m));
+                             progress.update(static_cast<double>(m + 1) /
+                                             static_cast<double>(materials.size()));
+                         }});
     }
-    out.commit();
+    OutputDirectory out(options.out, options.force, std::move(files));
+    out.finish();
+    clear_progress();
     if (!options.quiet) {
         print_line(fmt::format("{} materials of {} in {}", materials.size(), database->name(),
                                options.out));
@@ -271,7 +226,7 @@ int write(const Options& options) {
 void add_database(CLI::App& program, Command& chosen) {
     auto options = std::make_shared<Options>();
     auto* command =
-        program.add_subcommand("database", "What a database holds; the built-in one as files");
+        program.add_subcommand("database", "What a database holds; a database as MERL files");
     command->require_subcommand(1);
     command->footer(
         "Examples:\n"
@@ -283,10 +238,9 @@ void add_database(CLI::App& program, Command& chosen) {
         "info", "Per material: samples, negative samples (not measured), range of values");
     info_command
         ->add_option("path", options->path,
-                     "A directory of MERL .binary files, or one file (default: the built-in "
-                     "database)")
+                     engine::database_help() + ", or one file of it (default: built-in)")
         ->transform(not_empty());
-    info_command->add_flag("--quiet", options->quiet, "No progress");
+    add_quiet_option(*info_command, options->quiet, "No progress");
     info_command->footer(
         "Examples:\n"
         "  merl-scan database info ~/merl/brdfs\n"
@@ -297,13 +251,14 @@ void add_database(CLI::App& program, Command& chosen) {
     info_command->callback([&chosen, options] { chosen = [options] { return info(*options); }; });
 
     auto* write_command = command->add_subcommand(
-        "write", "Write the built-in database as MERL .binary files (3.3 GiB)");
+        "write", "Write a database as MERL .binary files (the built-in one: 3.3 GiB)");
     write_command->add_option("directory", options->out, "The directory to make")
         ->transform(not_empty())
         ->required();
+    add_database_option(*write_command, options->database);
     write_command->add_flag("--force", options->force,
                             "Replace the files of an existing directory");
-    write_command->add_flag("--quiet", options->quiet, "No progress and no summary");
+    add_quiet_option(*write_command, options->quiet);
     write_command->footer(
         "Examples:\n"
         "  merl-scan database write /tmp/abc\n"

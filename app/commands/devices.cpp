@@ -4,25 +4,19 @@
 #include "app/cli/terminal.h"
 #include "app/commands/commands.h"
 #include "engine/device/context.h"
+#include "engine/distance/engines.h"
 
 namespace merl::app {
 namespace {
 
-int list() {
-    const auto devices = device::list_devices();
-    if (devices.empty()) {
-        print_line(device::why_no_device());
-        return kDevice;
-    }
-    bool usable = false;
-    for (const auto& d : devices) {
+void print_devices() {
+    for (const auto& d : device::list_devices()) {
         print_line(fmt::format("{}: {}", d.index, d.name));
         print_line(fmt::format("   {}, Vulkan {}, {}", d.kind, d.vulkan,
                                d.driver.empty() ? "unknown driver" : d.driver));
         if (d.refusal) {
             print_line(fmt::format("   cannot be used: {}", *d.refusal));
         } else {
-            usable = true;
             print_line(fmt::format(
                 "   can be used: {:.1f} GiB of memory, buffers up to {:.2f} GiB, {} lanes a "
                 "subgroup",
@@ -31,19 +25,33 @@ int list() {
                 d.limits.subgroup_size));
         }
     }
-    return usable ? kSuccess : kDevice;
+}
+
+int list() {
+    print_line(fmt::format("{}: this processor, without Vulkan", engine::kHost));
+    print_line(
+        "   can be used for the metrics of the library; not for spheres or your own metrics");
+    try {
+        print_devices();
+    } catch (const device::NoDriverError& error) {
+        print_line(error.is_installed()
+                       ? error.what()
+                       : fmt::format("{}; on Debian: {}", error.what(), kInstallDriver));
+    }
+    return kSuccess;
 }
 
 }  // namespace
 
 void add_devices(CLI::App& program, Command& chosen) {
     auto* command = program.add_subcommand(
-        "devices", "Every Vulkan device, whether it can be used, and if not why");
+        "devices", "What can compute: this processor, and every Vulkan device or why not");
     command->footer(
         "Examples:\n"
         "  merl-scan devices\n"
-        "  merl-scan scan --device 0        by its number\n"
-        "  merl-scan scan --device llvm     by a part of its name");
+        "  merl-scan scan --device host     the processor, without Vulkan\n"
+        "  merl-scan scan --device 0        a Vulkan device by its number\n"
+        "  merl-scan scan --device llvm     by a part of its name; its shaders compute everything");
     command->callback([&chosen] { chosen = list; });
 }
 

@@ -9,19 +9,25 @@
 #include <utility>
 #include <vector>
 
+#include "app/cli/control.h"
 #include "app/cli/exit_status.h"
+#include "app/cli/guard.h"
 #include "app/cli/options.h"
 #include "app/cli/progress.h"
+#include "app/cli/sphere_options.h"
 #include "app/cli/terminal.h"
 #include "app/commands/commands.h"
-#include "app/output/describe.h"
+#include "app/output/image_file.h"
+#include "app/output/json.h"
 #include "app/output/output_directory.h"
-#include "app/output/sphere_image.h"
+#include "app/output/provenance.h"
+#include "app/output/scan_record.h"
 #include "app/pages/judge_page.h"
-#include "app/pipeline/scan_database.h"
+#include "app/pipeline/spheres.h"
 #include "engine/base/error.h"
 #include "engine/base/hash.h"
 #include "engine/base/stopwatch.h"
+#include "engine/device/context.h"
 #include "scan/io/csv.h"
 #include "scan/io/input.h"
 #include "scan/pairs/distance_table.h"
@@ -42,8 +48,7 @@ struct Options {
     bool keep_sides = false;
     bool keep_pairs = false;
     bool keep_order = false;
-    SphereImageOptions image = {
-        .size = 400, .lights = {"1,1,1"}, .encoding = "gamma", .device = {}};
+    SphereImageOptions image = {.view = {.sphere = {.size = 400}}};
     bool force = false;
     bool quiet = false;
 };
@@ -157,7 +162,7 @@ ordered_json kit_json(const Options& options, const ScannedDatabase& scanned,
                             {{"sides", !options.keep_sides},
                              {"pairs", !options.keep_pairs},
                              {"order", !options.keep_order}}}};
-    chosen.update(sphere_options_json(options.image));
+    chosen.update(view_json(options.image.complete_view()));
     ordered_json json = program_json();
     json.update(ordered_json{
         {"kit_hash", ""},
@@ -244,9 +249,16 @@ void print_summary(const Options& options, const engine::Database& database,
 }
 
 int run(const Options& options) {
-    OutputDirectory out(options.out, options.force, {"index.html", "kit.json"},
-                        {options.selection, options.pairs});
+    std::string html;
+    ordered_json kit;
+    OutputDirectory out(
+        options.out, options.force,
+        {{.name = "index.html", .write = [&](int file) { scan::write_all(file, html); }},
+         {.name = "kit.json",
+          .write = [&](int file) { scan::write_all(file, kit.dump(2) + "\n"); }}},
+        {options.selection, options.pairs});
     Stopwatch watch;
+    const auto view = options.image.complete_view();
     const std::string text = scan::read_input(options.selection, scan::max_trials_bytes);
     const auto selection = scan::parse_selection(text, options.selection);
     const auto found =
@@ -260,32 +272,31 @@ int run(const Options& options) {
     for (const auto& trial : trials) {
         std::ranges::for_each(trial.materials, [&](const auto& name) { shown.number(name); });
     }
-    auto kit = kit_json(options, scanned, selection, hash_of(text), trials);
+    kit = kit_json(options, scanned, selection, hash_of(text), trials);
     auto page = page_json(kit, shown);
     Images images(shown.names().size());
     auto& hashes = kit["database"]["material_hashes"] = ordered_json::object();
     std::uint64_t bytes = 0;
-    std::string device;
-    {
-        Progress progress("rendering", options.quiet);
-        device = render_sphere_images(
-            database, shown.places(), options.image,
-            [&](const engine::SphereImage& sphere, const Image& linear) {
-                scanned.check(shown.places()[sphere.material], sphere.content_hash);
-                hashes[shown.names()[sphere.material]] = sphere.content_hash;
-                auto& lights = images[sphere.material];
-                lights.push_back(png_file(displayed(linear, options.image)));
-                require_page(bytes += lights.back().size());
-            },
-            [&](double share) { progress.update(share); });
-    }
+    TerminalControl terminal(options.quiet);
+    try_device_where_limited(
+        [&] { const device::Context context({.device = options.image.device}); });
+    const auto device = pipeline::render_spheres(
+        database, shown.places(), view, options.image.device,
+        [&](const engine::SphereImage& sphere, const pipeline::Image& linear) {
+            scanned.check(shown.places()[sphere.material], sphere.content_hash);
+            hashes[shown.names()[sphere.material]] = sphere.content_hash;
+            auto& lights = images[sphere.material];
+            lights.push_back(png_file(pipeline::displayed(linear, view)));
+            require_page(bytes += lights.back().size());
+        },
+        terminal.control());
+    terminal.clear();
     kit["kit_hash"] = page["kit_hash"] = kit_hash(kit, images);
-    const std::string html = judge_page(page, images);
-    out.write("index.html", [&](int file) { scan::write_all(file, html); });
-    out.write("kit.json", [&](int file) { scan::write_all(file, kit.dump(2) + "\n"); });
-    out.commit();
+    html = judge_page(page, images);
+    out.finish();
     if (!options.quiet) {
-        print_summary(options, database, trials, shown, device, watch.lap(), html.size());
+        print_summary(options, database, trials, shown, device_text(device), watch.lap(),
+                      html.size());
     }
     return kSuccess;
 }
@@ -332,18 +343,14 @@ void add_judge(CLI::App& program, Command& chosen) {
         ->add_option("--pairs", options->pairs,
                      "The pairs.csv of the same scan (default: the one beside the selection)")
         ->transform(not_empty());
-    command
-        ->add_option("--database", options->database,
-                     "Where the database that was scanned is: a directory of MERL .binary files, "
-                     "or built-in (default: what summary.json beside the selection says)")
-        ->transform(not_empty());
-    command->add_option("--out", options->out, "The directory to make")
-        ->transform(not_empty())
-        ->capture_default_str();
+    add_database_option(
+        *command, options->database,
+        "where what was scanned is (default: what summary.json beside the selection "
+        "says)");
+    add_output_options(*command, options->out, options->force);
     add_plan_options(*command, *options);
     add_sphere_options(*command, options->image);
-    command->add_flag("--force", options->force, "Replace the kit in an existing directory");
-    command->add_flag("--quiet", options->quiet, "No progress and no summary");
+    add_quiet_option(*command, options->quiet);
     command->footer(
         "Writes index.html, which needs no server and no network, and kit.json. Judges open the "
         "page\n"

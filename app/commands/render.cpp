@@ -12,19 +12,26 @@
 #include <vector>
 
 #include "app/cli/choose_materials.h"
+#include "app/cli/control.h"
 #include "app/cli/exit_status.h"
+#include "app/cli/guard.h"
 #include "app/cli/options.h"
 #include "app/cli/progress.h"
+#include "app/cli/sphere_options.h"
 #include "app/cli/terminal.h"
 #include "app/commands/commands.h"
-#include "app/output/describe.h"
+#include "app/output/image_file.h"
+#include "app/output/json.h"
 #include "app/output/output_directory.h"
-#include "app/output/sphere_image.h"
+#include "app/output/provenance.h"
+#include "app/output/scan_record.h"
 #include "app/pages/contact_page.h"
-#include "app/pipeline/scan_database.h"
+#include "app/pipeline/spheres.h"
 #include "engine/base/error.h"
 #include "engine/base/hash.h"
 #include "engine/base/stopwatch.h"
+#include "engine/database/open_database.h"
+#include "engine/device/context.h"
 #include "scan/io/csv.h"
 #include "scan/io/input.h"
 #include "scan/votes/selection_file.h"
@@ -104,24 +111,20 @@ class Names {
         return list;
     }
 
-    std::vector<std::string> files() const {
-        std::vector<std::string> files;
+    /// What is written of all of them.
+    std::vector<OutputFile> files() const {
+        std::vector<OutputFile> files;
+        std::set<std::string> names;
         for (const auto& name : in_order()) {
-            files.push_back(name + target_.exr);
-            files.push_back(name + target_.png);
-        }
-        if (target_.stem.empty()) {
-            files.emplace_back(kSheet);
-            files.emplace_back(kPage);
-        }
-        std::vector<std::string> sorted = files;
-        std::ranges::sort(sorted);
-        const auto twice = std::ranges::adjacent_find(sorted);
-        if (twice != sorted.end()) {
-            throw Error(Fault::usage,
-                        fmt::format("two images would be called \"{}\"; render the materials "
-                                    "into directories of their own",
-                                    *twice));
+            for (const auto& file : {name + target_.exr, name + target_.png}) {
+                if (!names.insert(file).second || file == kSheet) {
+                    throw Error(Fault::usage,
+                                fmt::format("two images would be called \"{}\"; render the "
+                                            "materials into directories of their own",
+                                            file));
+                }
+                files.push_back({.name = file});
+            }
         }
         return files;
     }
@@ -150,7 +153,7 @@ class ContactSheet {
           sheet_(columns_ * side_,
                  (static_cast<std::uint32_t>(spheres) + columns_ - 1) / columns_ * side_) {}
 
-    void put(std::size_t number, const Image& linear) {
+    void put(std::size_t number, const pipeline::Image& linear) {
         const auto left = static_cast<std::uint32_t>(number % columns_) * side_;
         const auto top = static_cast<std::uint32_t>(number / columns_) * side_;
         for (std::uint32_t y = 0; y < side_; ++y) {
@@ -167,13 +170,13 @@ class ContactSheet {
         }
     }
 
-    const Image& image() const { return sheet_; }
+    const pipeline::Image& image() const { return sheet_; }
 
   private:
     std::uint32_t factor_;
     std::uint32_t side_;
     std::uint32_t columns_;
-    Image sheet_;
+    pipeline::Image sheet_;
 };
 
 /// What is rendered: the database of a scan, or any other.
@@ -181,7 +184,7 @@ class Source {
   public:
     explicit Source(const Options& options) : wanted_(options.materials) {
         if (options.selection.empty()) {
-            any_ = open_database(options.database);
+            any_ = engine::open_database(options.database);
             return;
         }
         const std::string text = scan::read_input(options.selection);
@@ -238,53 +241,55 @@ class Source {
 
 int run(const Options& options) {
     const Source source(options);
-    const auto* const database = &source.database();
+    const auto& database = source.database();
     const auto materials = source.materials();
+    const auto view = options.image.complete_view();
     const std::size_t lights = options.image.lights.size();
     const Target target = target_of(options, materials.size());
-    const Names names(*database, materials, target, lights);
-    const auto files = names.files();
-    auto out = target.stem.empty()
-                   ? OutputDirectory(target.directory, options.force, files)
-                   : OutputDirectory::for_files(target.directory, options.force, files);
-    ContactSheet sheet(materials.size() * lights, options.image.size);
-    const auto write = [&](const std::string& file, const std::string& bytes) {
-        out.write(file, [&](int descriptor) { scan::write_all(descriptor, bytes); });
-    };
-    Stopwatch watch;
-    std::string device;
-    {
-        Progress progress("rendering", options.quiet);
-        device = render_sphere_images(
-            *database, materials, options.image,
-            [&](const engine::SphereImage& sphere, const Image& linear) {
-                const auto material = materials[sphere.material];
-                source.check(material, sphere.content_hash);
-                const auto name = names.name(sphere.material, sphere.light);
-                const auto comment = with_content_hash(
-                    as_utf8(fmt::format("{} of {}, {}; light from {}",
-                                        database->materials()[material], database->name(),
-                                        database->kind(), options.image.lights[sphere.light])),
-                    sphere.content_hash);
-                write(name + target.exr, exr_file(linear, comment));
-                write(name + target.png, png_file(displayed(linear, options.image), comment));
-                sheet.put(sphere.light * materials.size() + sphere.material, linear);
-            },
-            [&](double share) { progress.update(share); });
-    }
+    const Names names(database, materials, target, lights);
+    ContactSheet sheet(materials.size() * lights, view.sphere.size);
+    const auto title = as_utf8(fmt::format("{} of {}, {}", counted(materials.size(), "material"),
+                                           database.name(), database.kind()));
+    auto files = names.files();
     if (target.stem.empty()) {
-        const auto title =
-            as_utf8(fmt::format("{} of {}, {}", counted(materials.size(), "material"),
-                                database->name(), database->kind()));
-        write(kSheet, png_file(displayed(sheet.image(), options.image), title));
-        write(kPage, contact_page(title, names.in_order()));
+        files.push_back({.name = kSheet, .write = [&](int file) {
+                             scan::write_all(
+                                 file, png_file(pipeline::displayed(sheet.image(), view), title));
+                         }});
+        files.push_back({.name = kPage, .write = [&](int file) {
+                             scan::write_all(file, contact_page(title, names.in_order()));
+                         }});
     }
-    out.commit();
+    auto out = target.stem.empty()
+                   ? OutputDirectory(target.directory, options.force, std::move(files))
+                   : OutputDirectory::for_files(target.directory, options.force, std::move(files));
+    TerminalControl terminal(options.quiet);
+    Stopwatch watch;
+    try_device_where_limited(
+        [&] { const device::Context context({.device = options.image.device}); });
+    const auto device = pipeline::render_spheres(
+        database, materials, view, options.image.device,
+        [&](const engine::SphereImage& sphere, const pipeline::Image& linear) {
+            const auto material = materials[sphere.material];
+            source.check(material, sphere.content_hash);
+            const auto name = names.name(sphere.material, sphere.light);
+            const auto comment = with_content_hash(
+                as_utf8(fmt::format("{} of {}, {}; light from {}", database.materials()[material],
+                                    database.name(), database.kind(),
+                                    options.image.lights[sphere.light])),
+                sphere.content_hash);
+            out.write(name + target.exr, exr_file(linear, comment));
+            out.write(name + target.png, png_file(pipeline::displayed(linear, view), comment));
+            sheet.put(sphere.light * materials.size() + sphere.material, linear);
+        },
+        terminal.control());
+    out.finish();
+    terminal.clear();
     if (!options.quiet) {
         print_line(fmt::format("{} of {}, {}", counted(materials.size() * lights, "sphere"),
-                               database->name(), database->kind()));
+                               database.name(), database.kind()));
         print_line(
-            fmt::format("{:.2f} seconds on {}; {}", watch.lap(), device,
+            fmt::format("{:.2f} seconds on {}; {}", watch.lap(), device_text(device),
                         target.stem.empty()
                             ? fmt::format("{}: open {} in a browser", options.out, kPage)
                             : fmt::format("{} and the {} beside it", options.out, target.beside)));
@@ -304,11 +309,8 @@ void add_render(CLI::App& program, Command& chosen) {
                      "both are written")
         ->transform(not_empty())
         ->capture_default_str();
-    command
-        ->add_option("--database", options->database,
-                     "A directory of MERL .binary files (default: built-in, the stand-in database; "
-                     "with --selection the one that was scanned)")
-        ->transform(not_empty());
+    add_database_option(*command, options->database,
+                        "(default: built-in; with --selection the one that was scanned)");
     command
         ->add_option("--selection", options->selection,
                      "The selection.csv of a scan: its materials, as they were scanned")
@@ -318,7 +320,7 @@ void add_render(CLI::App& program, Command& chosen) {
                         "once (default: all, or those of the selection)");
     add_sphere_options(*command, options->image);
     command->add_flag("--force", options->force, "Replace images that exist");
-    command->add_flag("--quiet", options->quiet, "No progress and no summary");
+    add_quiet_option(*command, options->quiet);
     command->footer(
         "A unit sphere under one directional white light and a perspective camera, as in the "
         "judge\n"

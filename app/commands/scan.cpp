@@ -1,4 +1,5 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <limits>
@@ -6,25 +7,21 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "app/cli/control.h"
 #include "app/cli/exit_status.h"
-#include "app/cli/interrupt.h"
-#include "app/cli/open_metrics.h"
 #include "app/cli/options.h"
-#include "app/cli/progress.h"
 #include "app/cli/terminal.h"
 #include "app/commands/commands.h"
-#include "app/output/describe.h"
+#include "app/commands/obtain_distances.h"
+#include "app/commands/open_metrics.h"
+#include "app/output/json.h"
 #include "app/output/output_directory.h"
-#include "app/pipeline/obtain_distances.h"
-#include "app/pipeline/refine.h"
+#include "app/output/provenance.h"
+#include "app/pipeline/scan.h"
 #include "engine/base/error.h"
 #include "engine/base/stopwatch.h"
 #include "scan/io/csv.h"
-#include "scan/pairs/census.h"
-#include "scan/select/disagreements.h"
-#include "scan/select/selection.h"
 #include "scan/select/tables.h"
-#include "scan/select/undecided.h"
 
 namespace merl::app {
 namespace {
@@ -44,64 +41,55 @@ struct Options {
     bool quiet = false;
 };
 
-/// Wall-clock seconds of the stages, which follow each other.
-struct Seconds {
-    double device = 0;  // opening it
-    double distances = 0;
-    double refine = 0;
-    double count = 0;
-    double select = 0;
-    double list = 0;
-    double write = 0;
-    double total() const { return device + distances + refine + count + select + list + write; }
-};
-
 struct Outcome {
-    scan::Distances distances;
-    ObtainedDistances obtained;  // without its table
-    Refined refined;
-    bool exact = false;           // whether what float32 leaves open was refined
-    std::string unbounded;        // the metrics whose float32 distances have no bound
-    std::uint64_t undecided = 0;  // configurations that float32 leaves open; 0 after refining
-    scan::Census census;
-    std::vector<scan::Configuration> selection;
-    std::vector<scan::Configuration> disagreements;
-    std::optional<scan::Configuration> strongest;
+    pipeline::PairDistances distances;  // without its table, which `result` has
+    pipeline::ScanResult result;
+    Lines source;
     ordered_json files = ordered_json::object();  // hashes of those that are read again
-    Seconds seconds;
+    double write_seconds = 0;
+
+    double device_seconds() const { return distances.provenance.seconds.opening; }
+    double distance_seconds() const {
+        return distances.provenance.seconds.total - device_seconds();
+    }
+    double total_seconds() const {
+        const auto& s = result.seconds;
+        return distances.provenance.seconds.total + s.refine + s.count + s.select + s.list +
+               write_seconds;
+    }
 };
 
 std::string summary_json(const Options& options, const Outcome& o) {
-    const auto& d = o.distances;
+    const auto& d = o.result.distances;
     ordered_json strongest;
-    if (o.strongest) {
-        strongest = configuration_json(d.names, *o.strongest);
+    if (o.result.strongest) {
+        strongest = configuration_json(d.names, *o.result.strongest);
     }
     ordered_json agreement_range;
-    if (!o.selection.empty()) {
-        agreement_range = {o.selection.front().agreement, o.selection.back().agreement};
+    if (!o.result.selection.empty()) {
+        agreement_range = {o.result.selection.front().agreement, o.result.selection.back().agreement};
     }
-    ordered_json counts = counts_json(o.census.counts);
-    counts["counted_by"] = counted_by(o.census.streamed);
+    ordered_json counts = counts_json(o.result.census.counts);
+    counts["counted_by"] = counted_by(o.result.census.streamed);
     ordered_json json = program_json();
     json["metrics"] = {as_utf8(d.first_metric), as_utf8(d.second_metric)};
-    json.update(o.obtained.source);
+    json.update(source_json(o.distances.provenance));
     json.update(ordered_json{
         {"materials", d.materials()},
         {"pairs", d.pairs()},
-        {"configurations", o.census.counts.configurations},
-        {"disagreements", o.census.counts.disagreements()},
-        {"rate", o.census.counts.disagreement_rate()},
+        {"configurations", o.result.census.counts.configurations},
+        {"disagreements", o.result.census.counts.disagreements()},
+        {"rate", o.result.census.counts.disagreement_rate()},
         {"counts", counts},
-        {"exact", o.exact},
-        {"undecided_in_float32", o.undecided},
+        {"exact", o.result.exact},
+        {"undecided_in_float32", o.result.undecided},
         {"refined_distances",
-         {{as_utf8(d.first_metric), o.refined.first},
-          {as_utf8(d.second_metric), o.refined.second}}},
+         {{as_utf8(d.first_metric), o.result.refined.first},
+          {as_utf8(d.second_metric), o.result.refined.second}}},
         {"strongest_disagreement", strongest},
         {"selection",
-         {{"configurations", o.selection.size()}, {"agreement_range", agreement_range}}},
-        {"disagreements_written", o.disagreements.size()},
+         {{"configurations", o.result.selection.size()}, {"agreement_range", agreement_range}}},
+        {"disagreements_written", o.result.disagreements.size()},
         {"options",
          {{"select", options.select},
           {"per_material", options.per_material},
@@ -109,20 +97,21 @@ std::string summary_json(const Options& options, const Outcome& o) {
           {"device", options.distances.device},
           {"memory_bytes", options.distances.memory},
           {"threads", options.distances.threads}}}});
-    json.update(o.obtained.device);
-    json["warnings"] = texts_json(o.obtained.warnings);
+    json.update(engines_json(o.distances.provenance));
+    json["warnings"] = texts_json(o.distances.provenance.warnings);
     json["files"] = o.files;
-    json["seconds"] = {{"device", o.seconds.device}, {"distances", o.seconds.distances},
-                       {"refine", o.seconds.refine}, {"count", o.seconds.count},
-                       {"select", o.seconds.select}, {"list", o.seconds.list},
-                       {"write", o.seconds.write},   {"total", o.seconds.total()}};
+    const auto& s = o.result.seconds;
+    json["seconds"] = {{"device", o.device_seconds()}, {"distances", o.distance_seconds()},
+                       {"refine", s.refine},           {"count", s.count},
+                       {"select", s.select},           {"list", s.list},
+                       {"write", o.write_seconds},     {"total", o.total_seconds()}};
     return json_text(json);
 }
 
 void print_summary(const Options& options, const Outcome& o) {
-    const auto& d = o.distances;
-    const auto& counts = o.census.counts;
-    for (const auto& [name, text] : o.obtained.source_lines) {
+    const auto& d = o.result.distances;
+    const auto& counts = o.result.census.counts;
+    for (const auto& [name, text] : o.source) {
         print_result(name, text);
     }
     print_result("metrics", fmt::format("{}, {}", d.first_metric, d.second_metric));
@@ -131,129 +120,102 @@ void print_summary(const Options& options, const Outcome& o) {
     print_result("disagreements",
                  fmt::format("{} ({:.2f} %)", fmt::group_digits(counts.disagreements()),
                              100 * counts.disagreement_rate()));
-    if (o.strongest) {
+    if (o.result.strongest) {
+        print_result("strongest", fmt::format("{} against {}, agreement {:.6f}",
+                                              pair_text(d.names, o.result.strongest->left),
+                                              pair_text(d.names, o.result.strongest->right),
+                                              o.result.strongest->agreement));
+    }
+    if (!o.result.selection.empty()) {
         print_result(
-            "strongest",
-            fmt::format("{} against {}, agreement {:.6f}", pair_text(d.names, o.strongest->left),
-                        pair_text(d.names, o.strongest->right), o.strongest->agreement));
+            "selection",
+            fmt::format("{} configurations, agreement {:.6f} to {:.6f}", o.result.selection.size(),
+                        o.result.selection.front().agreement, o.result.selection.back().agreement));
     }
-    if (!o.selection.empty()) {
-        print_result("selection", fmt::format("{} configurations, agreement {:.6f} to {:.6f}",
-                                              o.selection.size(), o.selection.front().agreement,
-                                              o.selection.back().agreement));
+    if (!o.result.exact) {
+        print_result("undecided", o.result.unbounded.empty()
+                                      ? fmt::format("{}, closer than float32 can tell",
+                                                    counted(o.result.undecided, "configuration"))
+                                      : fmt::format("{}: no error bound is known for {}",
+                                                    counted(o.result.undecided, "configuration"),
+                                                    fmt::join(o.result.unbounded, " and ")));
+    } else if (o.distances.provenance.database) {
+        print_result("refined",
+                     fmt::format("{} + {} distances in float64; {} {} closer than float32 can tell",
+                                 o.result.refined.first, o.result.refined.second,
+                                 counted(o.result.undecided, "configuration"),
+                                 o.result.undecided == 1 ? "was" : "were"));
     }
-    if (!o.exact) {
-        print_result("undecided",
-                     o.unbounded.empty()
-                         ? fmt::format("{}, closer than float32 can tell",
-                                       counted(o.undecided, "configuration"))
-                         : fmt::format("{}: no error bound is known for {}",
-                                       counted(o.undecided, "configuration"), o.unbounded));
-    } else if (o.obtained.database) {
-        print_result(
-            "refined",
-            fmt::format("{} + {} distances in float64; {} {} closer than float32 can tell",
-                        o.refined.first, o.refined.second, counted(o.undecided, "configuration"),
-                        o.undecided == 1 ? "was" : "were"));
-    }
-    for (const auto& [name, text] : o.obtained.device_lines) {
+    for (const auto& [name, text] : engine_lines(o.distances.provenance)) {
         print_result(name, text);
     }
-    const auto& s = o.seconds;
+    const auto& s = o.result.seconds;
     print_result(
         "seconds",
         fmt::format(
             "{:.2f}: device {:.2f}, distances {:.2f}, refine {:.2f}, count {:.3f}, select {:.3f}, "
             "list {:.2f}, write {:.2f}",
-            s.total(), s.device, s.distances, s.refine, s.count, s.select, s.list, s.write));
+            o.total_seconds(), o.device_seconds(), o.distance_seconds(), s.refine, s.count,
+            s.select, s.list, o.write_seconds));
     print_result("results", options.out);
 }
 
-/// Writes the tables; summary.json, the last, is what says that they are complete.
-void write_results(OutputDirectory& out, const Outcome& o, bool quiet) {
-    Progress progress("writing", quiet);
-    out.write("pairs.csv", [&](int file) { scan::write_pairs(file, o.distances); });
-    throw_if_interrupted();
-    out.write("disagreements.csv", [&](int file) {
-        scan::write_disagreements(file, o.distances, o.disagreements,
-                                  [&](double share) { progress.update(share); });
-    });
-    throw_if_interrupted();
-    out.write("selection.csv",
-              [&](int file) { scan::write_selection(file, o.distances, o.selection); });
+pipeline::ScanResult compute(const Options& options, const ObtainedDistances& obtained,
+                          const pipeline::Control& control) {
+    try {
+        return pipeline::scan_distances(obtained.distances.table, obtained.database.get(),
+                                        obtained.metrics,
+                                        {.select = options.select,
+                                         .per_material = options.per_material,
+                                         .disagreements = options.disagreements,
+                                         .fast = options.fast,
+                                         .memory_bytes = options.distances.memory},
+                                        control);
+    } catch (const pipeline::TooManyDisagreements& error) {
+        throw Error(
+            Fault::usage,
+            fmt::format("{}; give --disagreements N for the N strongest, or 0", error.what()));
+    }
 }
 
 int run(const Options& options) {
     const auto threads = limit_threads(options.distances.threads);
-    OutputDirectory out(options.out, options.force,
-                        {"pairs.csv", "disagreements.csv", "selection.csv", "summary.json"},
-                        {options.distances.distances});
-
+    TerminalControl terminal(options.quiet);
+    const auto control = terminal.control();
     Outcome o;
-    o.obtained = obtain_distances(options.distances, kMetrics, options.quiet);
-    o.seconds.device = o.obtained.device_seconds;
-    o.seconds.distances = o.obtained.distance_seconds;
-    Stopwatch watch;
-    o.distances = std::exchange(o.obtained.table, {}).distances(0, 1);
-    o.undecided = scan::count_undecided(o.distances);
-    const auto& metrics = o.obtained.metrics;
-    o.exact = !options.fast &&
-              std::ranges::all_of(metrics, [](const auto* metric) { return metric->has_twin(); });
-    for (const auto* metric : metrics) {
-        if (!metric->has_bound()) {
-            o.unbounded += fmt::format("{}{}", o.unbounded.empty() ? "" : " and ", metric->name);
-        }
-    }
-    if (o.exact && o.obtained.database) {
-        Progress progress("refining", options.quiet);
-        // The strongest disagreement is printed, so at least one is selected.
-        o.refined = refine(o.distances, *o.obtained.database,
-                           {o.obtained.metrics[0], o.obtained.metrics[1]},
-                           std::max(1U, options.select), std::max(1U, options.per_material),
-                           options.distances.memory, [&](double share) { progress.update(share); });
-    }
-    warn_if_all_are_zero(o.obtained, o.distances.first_metric, o.distances.first);
-    warn_if_all_are_zero(o.obtained, o.distances.second_metric, o.distances.second);
-    o.seconds.refine = watch.lap();
-    o.census = scan::count_disagreements(o.distances);
-    o.seconds.count = watch.lap();
-    o.selection = scan::select_configurations(o.distances, options.select, options.per_material);
-    if (const auto one = scan::strongest_disagreements(o.distances, 1); !one.empty()) {
-        o.strongest = one.front();
-    }
-    o.seconds.select = watch.lap();
-    throw_if_interrupted();
-    const auto there = o.census.counts.disagreements();
-    const auto listed = std::min(options.disagreements.value_or(there), there);
-    if (listed > scan::max_listed) {
-        throw Error(Fault::usage,
-                    fmt::format("{} disagreements are more than can be listed ({}); give "
-                                "--disagreements N for the N strongest, or 0",
-                                listed, scan::max_listed));
-    }
-    {
-        Progress progress("listing", options.quiet);
-        const auto update = [&](double share) { progress.update(share); };
-        o.disagreements = options.disagreements ? scan::strongest_disagreements(
-                                                      o.distances, *options.disagreements, update)
-                                                : scan::all_disagreements(o.distances, update);
-    }
-    if (!options.disagreements && o.disagreements.size() != o.census.counts.disagreements()) {
-        throw std::logic_error(fmt::format("{} disagreements were counted and {} listed",
-                                           o.census.counts.disagreements(),
-                                           o.disagreements.size()));
-    }
-    o.seconds.list = watch.lap();
-    throw_if_interrupted();
-    write_results(out, o, options.quiet);
-    for (const char* const name : {"pairs.csv", "selection.csv"}) {
-        o.files[name] = content_hash_of_file(out.path(name));
-    }
-    o.seconds.write = watch.lap();
-    throw_if_interrupted();
-    const std::string summary = summary_json(options, o);
-    out.write("summary.json", [&](int file) { scan::write_all(file, summary); });
-    out.commit();
+    Stopwatch writing;
+    OutputDirectory out(
+        options.out, options.force,
+        {{.name = "pairs.csv",
+          .write = [&](int file) { scan::write_pairs(file, o.result.distances); },
+          .is_read_again = true},
+         {.name = "disagreements.csv",
+          .write =
+              [&](int file) {
+                  scan::write_disagreements(file, o.result.distances, o.result.disagreements,
+                                            control.stage("writing"));
+              }},
+         {.name = "selection.csv",
+          .write =
+              [&](int file) { scan::write_selection(file, o.result.distances, o.result.selection); },
+          .is_read_again = true},
+         {.name = "summary.json",
+          .write =
+              [&](int file) {
+                  o.files = texts_json(out.hashes());
+                  o.write_seconds = writing.lap();
+                  scan::write_all(file, summary_json(options, o));
+              }}},
+        {options.distances.distances});
+    auto obtained = obtain_distances(options.distances, kMetrics, control);
+    o.result = compute(options, obtained, control);
+    o.source = source_lines(obtained.distances);
+    o.distances = std::move(obtained.distances);
+    warn_if_all_are_zero(o.distances, o.result.distances.first_metric, o.result.distances.first);
+    warn_if_all_are_zero(o.distances, o.result.distances.second_metric, o.result.distances.second);
+    writing.lap();
+    out.finish();
+    terminal.clear();
     if (!options.quiet) {
         print_summary(options, o);
     }
@@ -286,7 +248,7 @@ void add_scan(CLI::App& program, Command& chosen) {
     distances->excludes(
         command->add_flag("--fast", options->fast,
                           "Do not refine: float32 decides, and what it leaves open is counted"));
-    command->add_flag("--quiet", options->quiet, "No progress and no summary");
+    add_quiet_option(*command, options->quiet);
     command->footer(
         std::string("Writes pairs.csv, disagreements.csv, selection.csv and summary.json "
                     "(docs/file-formats.md).\n"

@@ -1,4 +1,4 @@
-#include "scan/score/score.h"
+#include "app/pipeline/score.h"
 
 #include <fmt/format.h>
 
@@ -13,22 +13,24 @@
 #include <utility>
 #include <vector>
 
+#include "app/cli/control.h"
 #include "app/cli/exit_status.h"
 #include "app/cli/interrupt.h"
 #include "app/cli/options.h"
 #include "app/cli/progress.h"
 #include "app/cli/terminal.h"
 #include "app/commands/commands.h"
-#include "app/output/describe.h"
+#include "app/commands/obtain_distances.h"
+#include "app/output/json.h"
 #include "app/output/output_directory.h"
+#include "app/output/provenance.h"
+#include "app/output/scan_record.h"
 #include "app/pages/score_plot.h"
-#include "app/pipeline/obtain_distances.h"
-#include "app/pipeline/refine.h"
-#include "app/pipeline/scan_database.h"
 #include "engine/base/error.h"
 #include "engine/base/hash.h"
 #include "engine/base/stopwatch.h"
 #include "engine/database/abc_database.h"
+#include "engine/database/open_database.h"
 #include "scan/io/csv.h"
 #include "scan/io/input.h"
 #include "scan/score/judgement_file.h"
@@ -51,25 +53,21 @@ struct Options {
     bool quiet = false;
 };
 
-/// Wall-clock seconds of the stages, which follow each other.
-struct Seconds {
-    double judgements = 0;
-    double device = 0;
-    double distances = 0;
-    double refine = 0;
-    double score = 0;
-    double total() const { return judgements + device + distances + refine + score; }
-};
-
 struct Outcome {
-    std::string format;  // of the judgements
-    std::string content_hash;
-    scan::Judgements judgements;
+    scan::JudgementFile file;
+    std::string content_hash;           // of the judgements
     std::optional<ScanRecord> scanned;  // what the judgements are on, if they are those of `votes`
     ObtainedDistances obtained;
-    std::vector<std::uint64_t> refined;  // distances recomputed in float64, by metric
-    scan::Score score;
-    Seconds seconds;
+    pipeline::ScoreResult result;
+    double judgement_seconds = 0;
+
+    const pipeline::Provenance& provenance() const { return obtained.distances.provenance; }
+    double device_seconds() const { return provenance().seconds.opening; }
+    double distance_seconds() const { return provenance().seconds.total - device_seconds(); }
+    double total_seconds() const {
+        return judgement_seconds + provenance().seconds.total + result.refine_seconds +
+               result.score_seconds;
+    }
 };
 
 ordered_json metric_json(const scan::MetricScore& metric) {
@@ -84,51 +82,53 @@ ordered_json metric_json(const scan::MetricScore& metric) {
 }
 
 std::string summary_json(const Options& options, const Outcome& o) {
-    const auto& j = o.judgements;
+    const auto& j = o.result.judgements;
     ordered_json unknown = ordered_json::object();
     for (const auto& [name, rows] : j.unknown) {
         unknown[as_utf8(name)] = rows;
     }
+    const auto described = metrics_json(o.provenance());
     ordered_json metrics = ordered_json::array();
-    for (std::size_t m = 0; m < o.score.metrics.size(); ++m) {
-        metrics.push_back(o.obtained.described_metrics[m]);
-        metrics.back().update(metric_json(o.score.metrics[m]));
-        metrics.back()["refined_distances"] = o.refined.empty() ? 0 : o.refined[m];
+    for (std::size_t m = 0; m < o.result.score.metrics.size(); ++m) {
+        metrics.push_back(described[m]);
+        metrics.back().update(metric_json(o.result.score.metrics[m]));
+        metrics.back()["refined_distances"] = o.result.refined.empty() ? 0 : o.result.refined[m];
     }
     ordered_json json = program_json();
     json["judgements"] = {{"file", as_utf8(options.judgements)},
-                          {"format", o.format},
+                          {"format", o.file.format},
                           {"content_hash", o.content_hash},
                           {"rows", j.rows},
                           {"rows_with_unknown_materials", j.rows_with_unknown},
                           {"unknown_materials", unknown},
-                          {"configurations", o.score.judgements},
-                          {"untied", o.score.untied},
-                          {"votes", o.score.votes},
-                          {"equal_votes", o.score.equal_votes}};
-    json.update(o.obtained.source);
+                          {"configurations", o.result.score.judgements},
+                          {"untied", o.result.score.untied},
+                          {"votes", o.result.score.votes},
+                          {"equal_votes", o.result.score.equal_votes}};
+    json.update(source_json(o.provenance()));
     json.update(ordered_json{
-        {"materials", o.obtained.table.materials()},
+        {"materials", o.obtained.distances.table.materials()},
         {"bootstrap",
          {{"replicates", options.bootstrap.replicates},
           {"seed", options.bootstrap.seed},
           {"interval", "percentile, 95 %"},
           {"clusters", j.clusters},
-          {"too_few", o.score.too_few.empty() ? ordered_json() : ordered_json(o.score.too_few)},
+          {"too_few",
+           o.result.score.too_few.empty() ? ordered_json() : ordered_json(o.result.score.too_few)},
           {"reference_materials", j.references}}},
         {"ceiling",
-         {{"votes", estimate_json(o.score.ceiling)},
-          {"log_likelihood_per_vote", estimate_json(o.score.ceiling_log_likelihood)}}},
+         {{"votes", estimate_json(o.result.score.ceiling)},
+          {"log_likelihood_per_vote", estimate_json(o.result.score.ceiling_log_likelihood)}}},
         {"metrics", metrics},
         {"options",
          {{"device", options.distances.device},
           {"memory_bytes", options.distances.memory},
           {"threads", options.distances.threads}}}});
-    json.update(o.obtained.device);
-    json["warnings"] = texts_json(o.obtained.warnings);
-    json["seconds"] = {{"judgements", o.seconds.judgements}, {"device", o.seconds.device},
-                       {"distances", o.seconds.distances},   {"refine", o.seconds.refine},
-                       {"score", o.seconds.score},           {"total", o.seconds.total()}};
+    json.update(engines_json(o.provenance()));
+    json["warnings"] = texts_json(o.provenance().warnings);
+    json["seconds"] = {{"judgements", o.judgement_seconds}, {"device", o.device_seconds()},
+                       {"distances", o.distance_seconds()}, {"refine", o.result.refine_seconds},
+                       {"score", o.result.score_seconds},   {"total", o.total_seconds()}};
     return json_text(json);
 }
 
@@ -143,11 +143,11 @@ std::string cluster_text(const scan::Judgements& judgements) {
 
 std::string judgements_text(const Outcome& o) {
     return fmt::format(
-        "{}, {} with a majority; {}{}", counted(o.score.judgements, "configuration"),
-        fmt::group_digits(o.score.untied), counted(o.score.votes, "vote"),
-        o.score.equal_votes == 0
+        "{}, {} with a majority; {}{}", counted(o.result.score.judgements, "configuration"),
+        fmt::group_digits(o.result.score.untied), counted(o.result.score.votes, "vote"),
+        o.result.score.equal_votes == 0
             ? ""
-            : fmt::format(", {} of them equal", fmt::group_digits(o.score.equal_votes)));
+            : fmt::format(", {} of them equal", fmt::group_digits(o.result.score.equal_votes)));
 }
 
 void print_unknown(const scan::Judgements& judgements) {
@@ -185,12 +185,12 @@ void print_metrics(const scan::Score& score) {
 /// What the bounds of float32 left open, and what became of it.
 void print_precision(const Outcome& o) {
     const std::uint64_t refined =
-        std::accumulate(o.refined.begin(), o.refined.end(), std::uint64_t{0});
+        std::accumulate(o.result.refined.begin(), o.result.refined.end(), std::uint64_t{0});
     if (refined > 0) {
         print_result("refined", fmt::format("{} distances in float64, on which predictions rest",
                                             fmt::group_digits(refined)));
     }
-    for (const auto& metric : o.score.metrics) {
+    for (const auto& metric : o.result.score.metrics) {
         if (metric.undecided > 0) {
             print_result("undecided",
                          fmt::format("{}: {} configurations, computed in float32 without a bound "
@@ -231,41 +231,42 @@ void print_pairs(const scan::Score& score) {
 }
 
 void print_summary(const Options& options, const Outcome& o) {
-    print_result("judgements", fmt::format("{}, {}", options.judgements, o.format));
+    print_result("judgements", fmt::format("{}, {}", options.judgements, o.file.format));
     print_result("", judgements_text(o));
-    print_unknown(o.judgements);
-    for (const auto& [name, text] : o.obtained.source_lines) {
+    print_unknown(o.result.judgements);
+    for (const auto& [name, text] : source_lines(o.obtained.distances)) {
         print_result(name, text);
     }
-    print_result("ceiling", estimate_text(o.score.ceiling) + " of the votes");
-    print_result("intervals", fmt::format("95 %, {} bootstrap samples of {}, seed {}",
-                                          fmt::group_digits(options.bootstrap.replicates),
-                                          cluster_text(o.judgements), options.bootstrap.seed));
-    if (!o.score.too_few.empty()) {
-        print_result("too few", o.score.too_few + ", for intervals and p-values");
+    print_result("ceiling", estimate_text(o.result.score.ceiling) + " of the votes");
+    print_result("intervals",
+                 fmt::format("95 %, {} bootstrap samples of {}, seed {}",
+                             fmt::group_digits(options.bootstrap.replicates),
+                             cluster_text(o.result.judgements), options.bootstrap.seed));
+    if (!o.result.score.too_few.empty()) {
+        print_result("too few", o.result.score.too_few + ", for intervals and p-values");
     }
     print_precision(o);
-    for (const auto& [name, text] : o.obtained.device_lines) {
+    for (const auto& [name, text] : engine_lines(o.provenance())) {
         print_result(name, text);
     }
-    const auto& s = o.seconds;
-    print_result("seconds",
-                 fmt::format("{:.2f}: judgements {:.2f}, device {:.2f}, distances {:.2f}, "
-                             "refine {:.2f}, score {:.2f}",
-                             s.total(), s.judgements, s.device, s.distances, s.refine, s.score));
+    print_result(
+        "seconds",
+        fmt::format("{:.2f}: judgements {:.2f}, device {:.2f}, distances {:.2f}, "
+                    "refine {:.2f}, score {:.2f}",
+                    o.total_seconds(), o.judgement_seconds, o.device_seconds(),
+                    o.distance_seconds(), o.result.refine_seconds, o.result.score_seconds));
     print_result("results", options.out);
-    print_metrics(o.score);
-    print_pairs(o.score);
+    print_metrics(o.result.score);
+    print_pairs(o.result.score);
 }
 
-scan::JudgementFile read_judgements(const Options& options, Outcome& o) {
+void read_judgements(const Options& options, Outcome& o, const pipeline::Control& control) {
     const std::string text = scan::read_input(options.judgements);
     o.content_hash = hash_of(text);
     // The published indices are those of the 100 MERL materials, whatever the database has of them.
-    const auto merl = scan::lagunas_order(engine::make_abc_database()->materials());
-    Progress progress("reading judgements", options.quiet);
-    return scan::parse_judgements(text, options.judgements, merl,
-                                  [&](double share) { progress.update(share); });
+    const auto merl = scan::lagunas_order(engine::merl_materials());
+    o.file =
+        scan::parse_judgements(text, options.judgements, merl, control.stage("reading judgements"));
 }
 
 /// Whether the options say which materials are scored.
@@ -297,7 +298,7 @@ void find_what_was_judged(const Options& options, Outcome& o) {
         throw InputError(
             fmt::format("{}, so nothing says which database {} is of; --database names it: a "
                         "directory, or {}",
-                        found.why_not, options.judgements, kBuiltIn));
+                        found.why_not, options.judgements, engine::kBuiltIn));
     }
 }
 
@@ -305,13 +306,13 @@ void find_what_was_judged(const Options& options, Outcome& o) {
 /// the database. Judgements from elsewhere are scored with the stand-in, which is said.
 void compare_with_scan(const Options& options, Outcome& o) {
     if (!o.scanned && !names_materials(options.distances)) {
-        warn(o.obtained,
+        warn(o.obtained.distances,
              fmt::format("{} does not say which materials were judged: they are scored with the "
                          "built-in stand-in; --database names another, or {}",
-                         options.judgements, kBuiltIn));
+                         options.judgements, engine::kBuiltIn));
     }
     if (!o.scanned || !o.scanned->has_database() || !o.obtained.database ||
-        o.obtained.source["database"]["content_hash"] == o.scanned->content_hash) {
+        o.provenance().database->content_hash == o.scanned->content_hash) {
         return;
     }
     if (options.distances.database.empty()) {
@@ -320,62 +321,52 @@ void compare_with_scan(const Options& options, Outcome& o) {
             "names a database to score all the same",
             o.obtained.database->name(), o.scanned->summary));
     }
-    warn(o.obtained,
+    warn(o.obtained.distances,
          fmt::format("{} has other content than the database that was judged, as {} says",
                      o.obtained.database->name(), o.scanned->summary));
 }
 
-scan::Score compute_score(const Options& options, const Outcome& o) {
-    std::vector<scan::ScoredMetric> metrics;
-    for (const auto& column : o.obtained.table.metrics) {
-        metrics.push_back({column.metric, column.values, column.bounds});
-    }
-    Progress progress("scoring", options.quiet);
-    return scan::score(o.judgements, metrics, options.bootstrap,
-                       [&](double share) { progress.update(share); });
+/// What the plot says below its title.
+std::string subtitle(const Options& options, const Outcome& o) {
+    const auto name = std::filesystem::path(options.judgements).filename().string();
+    const auto& database = o.provenance().database;
+    return fmt::format("{}: {}{}", name, judgements_text(o),
+                       database && database->kind == engine::built_in_kind
+                           ? "; distances of " + database->name
+                           : "");
 }
 
 int run(const Options& options) {
     const auto threads = limit_threads(options.distances.threads);
-    OutputDirectory out(options.out, options.force,
-                        {"score.csv", "score_pairs.csv", "score.svg", "summary.json"},
-                        {options.judgements, options.distances.distances});
+    TerminalControl terminal(options.quiet);
+    const auto control = terminal.control();
     Outcome o;
+    OutputDirectory out(
+        options.out, options.force,
+        {{.name = "score.csv",
+          .write = [&](int file) { scan::write_scores(file, o.result.score); }},
+         {.name = "score_pairs.csv",
+          .write = [&](int file) { scan::write_pair_scores(file, o.result.score); }},
+         {.name = "score.svg",
+          .write =
+              [&](int file) {
+                  scan::write_all(file, score_svg(o.result.score, subtitle(options, o)));
+              }},
+         {.name = "summary.json",
+          .write = [&](int file) { scan::write_all(file, summary_json(options, o)); }}},
+        {options.judgements, options.distances.distances});
     Stopwatch watch;
-    const auto file = read_judgements(options, o);
-    o.format = file.format;
+    read_judgements(options, o, control);
     find_what_was_judged(options, o);
-    o.seconds.judgements = watch.lap();
-    o.obtained = obtain_distances(distance_options(options, o), kMetrics, options.quiet);
+    o.judgement_seconds = watch.lap();
+    o.obtained = obtain_distances(distance_options(options, o), kMetrics, control);
     compare_with_scan(options, o);
-    o.seconds.device = o.obtained.device_seconds;
-    o.seconds.distances = o.obtained.distance_seconds;
-    watch.lap();
-    o.judgements = scan::resolve_judgements(file, o.obtained.table.names);
-    if (o.obtained.database) {
-        Progress progress("refining", options.quiet);
-        o.refined =
-            refine_judged(o.obtained.table, o.judgements, *o.obtained.database, o.obtained.metrics,
-                          options.distances.memory, [&](double share) { progress.update(share); });
-    }
-    warn_if_all_are_zero(o.obtained);
-    o.seconds.refine = watch.lap();
-    o.score = compute_score(options, o);
-    o.seconds.score = watch.lap();
-    throw_if_interrupted();
-    out.write("score.csv", [&](int f) { scan::write_scores(f, o.score); });
-    out.write("score_pairs.csv", [&](int f) { scan::write_pair_scores(f, o.score); });
-    const auto name = std::filesystem::path(options.judgements).filename().string();
-    const bool is_stand_in =
-        o.obtained.database && o.obtained.database->kind() == engine::built_in_kind;
-    const std::string subtitle =
-        fmt::format("{}: {}{}", name, judgements_text(o),
-                    is_stand_in ? "; distances of " + o.obtained.database->name() : "");
-    out.write("score.svg", [&](int f) { scan::write_all(f, score_svg(o.score, subtitle)); });
-    const std::string summary = summary_json(options, o);
-    out.write("summary.json", [&](int f) { scan::write_all(f, summary); });
-    throw_if_interrupted();
-    out.commit();
+    o.result = pipeline::score_distances(
+        o.obtained.distances.table, o.file, o.obtained.database.get(), o.obtained.metrics,
+        {.bootstrap = options.bootstrap, .memory_bytes = options.distances.memory}, control);
+    warn_if_all_are_zero(o.obtained.distances);
+    out.finish();
+    terminal.clear();
     if (!options.quiet) {
         print_summary(options, o);
     }
@@ -398,7 +389,7 @@ void add_score(CLI::App& program, Command& chosen) {
     add_distance_options(*command, options->distances, kMetrics);
     add_output_options(*command, options->out, options->force);
     add_bootstrap_options(*command, options->bootstrap);
-    command->add_flag("--quiet", options->quiet, "No progress and no summary");
+    add_quiet_option(*command, options->quiet);
     command->footer(
         "Writes score.csv, score_pairs.csv, score.svg and summary.json (docs/scoring.md). Without\n"
         "--database and --distances, the judgements.csv of `votes` is scored with the database "

@@ -13,11 +13,11 @@
 #include "app/cli/progress.h"
 #include "app/cli/terminal.h"
 #include "app/commands/commands.h"
-#include "app/output/image.h"
+#include "app/output/image_file.h"
 #include "app/output/output_directory.h"
 #include "engine/base/error.h"
 #include "engine/database/domain.h"
-#include "scan/io/csv.h"
+#include "engine/database/open_database.h"
 
 namespace merl::app {
 namespace {
@@ -26,7 +26,8 @@ using engine::Domain;
 using engine::Voxel;
 
 constexpr std::uint32_t kPixels = 360;  // of every slice, in width and height
-constexpr std::uint32_t kMargin = 12;   // around the panels of figure 4.4
+constexpr const char* kFigure = "figure-4.4.png";
+constexpr std::uint32_t kMargin = 12;  // around the panels of figure 4.4
 
 struct Options {
     std::string out;
@@ -54,8 +55,8 @@ constexpr std::array<Column, 3> kColumns = {{
 }};
 
 /// M_s to the right, M_t upwards, at one M_r.
-Image domain_slice(const Column& column, double m_r) {
-    Image image(kPixels, kPixels);
+pipeline::Image domain_slice(const Column& column, double m_r) {
+    pipeline::Image image(kPixels, kPixels);
     for (std::uint32_t y = 0; y < kPixels; ++y) {
         for (std::uint32_t x = 0; x < kPixels; ++x) {
             const double m_s = (x + 0.5) / kPixels;
@@ -67,8 +68,8 @@ Image domain_slice(const Column& column, double m_r) {
 }
 
 template <typename Encode>
-Image encoded(const Image& image, const Encode& encode) {
-    Image result = image;
+pipeline::Image encoded(const pipeline::Image& image, const Encode& encode) {
+    pipeline::Image result = image;
     for (auto& pixel : result.pixels) {
         std::transform(pixel.begin(), pixel.end(), pixel.begin(), encode);
     }
@@ -76,23 +77,20 @@ Image encoded(const Image& image, const Encode& encode) {
 }
 
 /// Writes NAME.exr with the values and NAME.png with what is to be seen.
-void write_images(OutputDirectory& out, const std::string& name, const Image& values,
-                  const Image& shown, const std::string& comment = {}) {
-    const auto write = [&](const std::string& file, const std::string& bytes) {
-        out.write(file, [&](int descriptor) { scan::write_all(descriptor, bytes); });
-    };
-    write(name + ".exr", exr_file(values, comment));
-    write(name + ".png", png_file(shown, comment));
+void write_images(OutputDirectory& out, const std::string& name, const pipeline::Image& values,
+                  const pipeline::Image& shown, const std::string& comment = {}) {
+    out.write(name + ".exr", exr_file(values, comment));
+    out.write(name + ".png", png_file(shown, comment));
 }
 
 /// The six panels of figure 4.4 on white, M_r = 0 above M_r = 0.5.
 void write_figure(OutputDirectory& out, const std::function<void()>& progress) {
-    Image sheet(3 * kPixels + 4 * kMargin, 2 * kPixels + 3 * kMargin);
+    pipeline::Image sheet(3 * kPixels + 4 * kMargin, 2 * kPixels + 3 * kMargin);
     std::fill(sheet.pixels.begin(), sheet.pixels.end(), std::array<float, 3>{1, 1, 1});
     for (std::uint32_t row = 0; row < 2; ++row) {
         for (std::uint32_t column = 0; column < kColumns.size(); ++column) {
-            const Image values = domain_slice(kColumns[column], row == 0 ? 0.0 : 0.5);
-            const Image shown = encoded(values, lightness);
+            const pipeline::Image values = domain_slice(kColumns[column], row == 0 ? 0.0 : 0.5);
+            const pipeline::Image shown = encoded(values, pipeline::lightness);
             const auto name =
                 fmt::format("figure-4.4-{}-mr{}", kColumns[column].name, row == 0 ? "0" : "0.5");
             write_images(out, name, values, shown);
@@ -105,7 +103,7 @@ void write_figure(OutputDirectory& out, const std::function<void()>& progress) {
             }
         }
     }
-    out.write("figure-4.4.png", [&](int file) { scan::write_all(file, png_file(sheet)); });
+    out.write(kFigure, png_file(sheet));
 }
 
 /// Red, green and blue by theta_d, at one theta_h and phi_d = 90 degrees; none negative.
@@ -139,7 +137,7 @@ Layer middle_layer(const engine::Database& database, std::size_t material, std::
 
 /// The BRDF image slice of a material (Burley 2012): phi_d = 90 degrees, theta_h to the right and
 /// theta_d upwards, both from 0 to 90 degrees, linear in the angle. Values in 1/sr, interpolated.
-Image material_slice(const engine::Database& database, std::size_t material) {
+pipeline::Image material_slice(const engine::Database& database, std::size_t material) {
     const auto& grid = database.grid();
     const auto place = [](double m, std::uint32_t count) {  // between which voxel centres
         const double at = std::clamp(m * count - 0.5, 0.0, static_cast<double>(count - 1));
@@ -154,7 +152,7 @@ Image material_slice(const engine::Database& database, std::size_t material) {
                    ? found->second
                    : layers.emplace(t, middle_layer(database, material, t)).first->second;
     };
-    Image image(kPixels, kPixels);
+    pipeline::Image image(kPixels, kPixels);
     for (std::uint32_t x = 0; x < kPixels; ++x) {
         const auto [t0, t1, t] = place(std::sqrt((x + 0.5) / kPixels), grid.theta_h);
         layers.erase(layers.begin(), layers.lower_bound(t0));
@@ -173,14 +171,14 @@ Image material_slice(const engine::Database& database, std::size_t material) {
 }
 
 int run(const Options& options) {
-    const auto database = open_database(options.database);
+    const auto database = engine::open_database(options.database);
     const auto& names = database->materials();
     const auto materials = find_materials(*database, options.materials);
     const auto file_name = [&](std::size_t material) { return "material-" + names[material]; };
-    std::vector<std::string> owned;
+    std::vector<OutputFile> owned;
     const auto own = [&](const std::string& name) {
-        owned.push_back(name + ".exr");
-        owned.push_back(name + ".png");
+        owned.push_back({.name = name + ".exr"});
+        owned.push_back({.name = name + ".png"});
     };
     for (const auto& column : kColumns) {
         own(fmt::format("figure-4.4-{}-mr0", column.name));
@@ -189,7 +187,7 @@ int run(const Options& options) {
     for (const auto material : materials) {
         own(file_name(material));
     }
-    owned.emplace_back("figure-4.4.png");
+    owned.push_back({.name = kFigure});
     OutputDirectory out(options.out, options.force, owned);
     {
         Progress progress("drawing", options.quiet);
@@ -200,17 +198,17 @@ int run(const Options& options) {
         };
         write_figure(out, step);
         for (const auto material : materials) {
-            const Image slice = material_slice(*database, material);
+            const pipeline::Image slice = material_slice(*database, material);
             // A perfect white diffuser, 1/pi, is shown as white; highlights are cut off.
-            const Image shown =
-                encoded(slice, [](float f) { return srgb(f * std::numbers::pi_v<float>); });
+            const pipeline::Image shown = encoded(
+                slice, [](float f) { return pipeline::srgb(f * std::numbers::pi_v<float>); });
             write_images(out, file_name(material), slice, shown,
                          as_utf8(fmt::format("{} of {}, {}", names[material], database->name(),
                                              database->kind())));
             step();
         }
     }
-    out.commit();
+    out.finish();
     if (!options.quiet) {
         const auto source = materials.empty() ? std::string()
                                               : fmt::format("; materials of {}, {}",
@@ -229,15 +227,12 @@ void add_slices(CLI::App& program, Command& chosen) {
     command->add_option("--out", options->out, "The directory to make")
         ->transform(not_empty())
         ->required();
-    command
-        ->add_option("--database", options->database,
-                     "A directory of MERL .binary files (default: the built-in stand-in database)")
-        ->transform(not_empty());
+    add_database_option(*command, options->database);
     command->add_option("--materials", options->materials,
                         "Materials to draw a slice of: names with commas between them, or the "
                         "option more than once");
     command->add_flag("--force", options->force, "Replace the images in an existing directory");
-    command->add_flag("--quiet", options->quiet, "No progress and no summary");
+    add_quiet_option(*command, options->quiet);
     command->footer(
         "Draws figure 4.4 of Ryman 2018: projected area, 0.05 s_MERL, and 0.4 times their\n"
         "product, at M_r = 0 and 0.5, M_s to the right and M_t upwards. For each material, its\n"

@@ -10,17 +10,18 @@
 #include <utility>
 #include <vector>
 
+#include "app/cli/control.h"
 #include "app/cli/exit_status.h"
 #include "app/cli/interrupt.h"
 #include "app/cli/options.h"
 #include "app/cli/progress.h"
 #include "app/cli/terminal.h"
 #include "app/commands/commands.h"
-#include "app/output/describe.h"
+#include "app/output/json.h"
 #include "app/output/output_directory.h"
+#include "app/output/scan_record.h"
 #include "app/output/votes_json.h"
 #include "app/pages/votes_report.h"
-#include "app/pipeline/scan_database.h"
 #include "engine/base/error.h"
 #include "engine/base/hash.h"
 #include "engine/database/abc_database.h"
@@ -278,49 +279,57 @@ int run(const Options& options) {
     if (options.thesis) {
         return print_thesis(options);
     }
-    std::vector<std::string> owned = {"configurations.csv", "judges.csv", "judgements.csv",
-                                      "survey.csv",         "votes.html", "summary.json"};
     std::vector<std::filesystem::path> read = {options.selection, options.kit};
     read.insert(read.end(), options.files.begin(), options.files.end());
     read.insert(read.end(), options.survey.begin(), options.survey.end());
-    OutputDirectory out(options.out, options.force, owned, read);
-    ordered_json sources;
-    auto inputs = read_inputs(options, sources);
-    const auto images =
-        sphere_images(inputs.votes, options.spheres, inputs.material_hashes, inputs.warnings);
-    std::ranges::for_each(inputs.warnings, print_warning);
-    const auto statistics = [&] {
-        Progress progress("bootstrap", options.quiet);
-        return scan::vote_statistics(inputs.votes, options.bootstrap,
-                                     [&](double share) { progress.update(share); });
-    }();
-    throw_if_interrupted();
+    Inputs inputs;
+    scan::VoteStatistics statistics;
+    ordered_json images;
     ordered_json summary = program_json();
-    summary.update(sources);
+    OutputDirectory out(
+        options.out, options.force,
+        {{.name = "configurations.csv",
+          .write =
+              [&](int file) { scan::write_configuration_votes(file, inputs.votes, statistics); }},
+         {.name = "judges.csv",
+          .write = [&](int file) { scan::write_judge_votes(file, inputs.votes, statistics); }},
+         {.name = "judgements.csv",
+          .write = [&](int file) { scan::write_judgements(file, inputs.votes, statistics); },
+          .is_read_again = true},
+         {.name = "survey.csv",
+          .write = [&](int file) { scan::write_survey(file, inputs.survey); }},
+         {.name = "votes.html",
+          .write =
+              [&](int file) {
+                  ordered_json shown = summary;
+                  shown["stand_in"] = stand_in_of(inputs);
+                  scan::write_all(file, votes_report(shown, inputs.survey, images));
+              }},
+         {.name = "summary.json",
+          .write =
+              [&](int file) {
+                  if (inputs.scanned) {  // not for the page: where the database is concerns nobody
+                                         // else
+                      summary.update(inputs.scanned->source);
+                  }
+                  summary["files"] = texts_json(out.hashes());
+                  scan::write_all(file, json_text(summary));
+              }}},
+        read);
+    inputs = read_inputs(options, summary);
+    images = sphere_images(inputs.votes, options.spheres, inputs.material_hashes, inputs.warnings);
+    std::ranges::for_each(inputs.warnings, print_warning);
+    TerminalControl terminal(options.quiet);
+    statistics = scan::vote_statistics(inputs.votes, options.bootstrap,
+                                       terminal.control().stage("bootstrap"));
+    terminal.clear();
     summary["warnings"] = texts_json(inputs.warnings);
     summary["kit_hash"] = as_utf8(inputs.votes.kit_hash);
     summary["bootstrap"] = {{"replicates", options.bootstrap.replicates},
                             {"seed", options.bootstrap.seed},
                             {"interval", "percentile, 95 %"}};
     summary["figures"] = votes_json(inputs.votes, statistics);
-    ordered_json shown = summary;
-    shown["stand_in"] = stand_in_of(inputs);
-    const std::string report = votes_report(shown, inputs.survey, images);
-    if (inputs.scanned) {  // after the page is made: where the database is concerns nobody else
-        summary.update(inputs.scanned->source);
-    }
-    out.write("configurations.csv",
-              [&](int file) { scan::write_configuration_votes(file, inputs.votes, statistics); });
-    out.write("judges.csv",
-              [&](int file) { scan::write_judge_votes(file, inputs.votes, statistics); });
-    out.write("judgements.csv",
-              [&](int file) { scan::write_judgements(file, inputs.votes, statistics); });
-    summary["files"] = {{"judgements.csv", content_hash_of_file(out.path("judgements.csv"))}};
-    out.write("survey.csv", [&](int file) { scan::write_survey(file, inputs.survey); });
-    out.write("votes.html", [&](int file) { scan::write_all(file, report); });
-    out.write("summary.json", [&](int file) { scan::write_all(file, json_text(summary)); });
-    throw_if_interrupted();
-    out.commit();
+    out.finish();
     if (!options.quiet) {
         print_summary(options, inputs, statistics, summary["figures"]);
     }

@@ -12,7 +12,9 @@
 #include <utility>
 
 #include "app/cli/interrupt.h"
+#include "app/output/json.h"
 #include "engine/base/error.h"
+#include "scan/io/csv.h"
 
 namespace merl::app {
 namespace {
@@ -77,20 +79,21 @@ void require_no_input(const fs::path& file, const std::vector<fs::path>& inputs)
 
 }  // namespace
 
-OutputDirectory::OutputDirectory(const fs::path& target, bool force, std::vector<std::string> names,
+OutputDirectory::OutputDirectory(const fs::path& target, bool force, std::vector<OutputFile> files,
                                  const std::vector<fs::path>& inputs)
-    : OutputDirectory(target, force ? Existing::replace : Existing::refuse, std::move(names),
+    : OutputDirectory(target, force ? Existing::replace : Existing::refuse, std::move(files),
                       inputs) {}
 
 OutputDirectory OutputDirectory::for_files(const fs::path& directory, bool force,
-                                           std::vector<std::string> names) {
-    return {directory, force ? Existing::replace : Existing::add, std::move(names), {}};
+                                           std::vector<OutputFile> files) {
+    return {directory, force ? Existing::replace : Existing::add, std::move(files), {}};
 }
 
 OutputDirectory::OutputDirectory(const fs::path& target, Existing existing,
-                                 std::vector<std::string> names,
-                                 const std::vector<fs::path>& inputs)
-    : target_(plain(target)), missing_(std::move(names)) {
+                                 std::vector<OutputFile> files, const std::vector<fs::path>& inputs)
+    : target_(plain(target)), files_(std::move(files)) {
+    std::vector<std::string> names(files_.size());
+    std::ranges::transform(files_, names.begin(), &OutputFile::name);
     const auto parent = target_.parent_path();
     const auto name_of_target = target_.filename().string();
     finish_stopped_runs(parent, {name_of_target});
@@ -103,12 +106,12 @@ OutputDirectory::OutputDirectory(const fs::path& target, Existing existing,
         if (make) {
             directory_ = name_of_target;
             fs::create_directory(staging_->path(directory_));
-            for (const auto& name : missing_) {
+            for (const auto& name : names) {
                 require_possible(path(name));
             }
         } else {
             staging_.reset();
-            stage_in_existing(existing, inputs);
+            stage_in_existing(existing, names, inputs);
         }
     } catch (const std::system_error& error) {
         fail(target_,
@@ -116,23 +119,24 @@ OutputDirectory::OutputDirectory(const fs::path& target, Existing existing,
     }
 }
 
-void OutputDirectory::stage_in_existing(Existing existing, const std::vector<fs::path>& inputs) {
+void OutputDirectory::stage_in_existing(Existing existing, const std::vector<std::string>& names,
+                                        const std::vector<fs::path>& inputs) {
     std::error_code none;
     if (!fs::is_directory(target_, none)) {
         fail(target_, "exists and is not a directory; choose another --out");
     }
-    finish_stopped_runs(target_, missing_);
+    finish_stopped_runs(target_, names);
     if (existing == Existing::refuse) {
         fail(target_, "exists already; choose another --out, or --force to replace its results");
     }
-    require_own_summary(target_, missing_);
-    for (const auto& name : missing_) {
+    require_own_summary(target_, names);
+    for (const auto& name : names) {
         require_possible(target_ / name);
         require_no_input(target_ / name, inputs);
         require_replaceable(target_ / name);
     }
-    staging_ = std::make_unique<Staging>(target_, existing == Existing::replace, missing_);
-    for (const auto& name : missing_) {
+    staging_ = std::make_unique<Staging>(target_, existing == Existing::replace, names);
+    for (const auto& name : names) {
         if (existing == Existing::add && is_there(target_ / name)) {
             fail(target_ / name, "exists; --force replaces it");
         }
@@ -143,15 +147,15 @@ fs::path OutputDirectory::path(const std::string& name) const {
     return staging_->path(directory_.empty() ? name : directory_ + "/" + name);
 }
 
-void OutputDirectory::write(const std::string& name,
-                            const std::function<void(int descriptor)>& write) {
-    if (std::erase(missing_, name) != 1) {
-        throw std::logic_error(fmt::format("{} is written and was not declared once", name));
+void OutputDirectory::write_file(const OutputFile& file,
+                                 const std::function<void(int descriptor)>& write) {
+    if (!written_.insert(file.name).second) {
+        throw std::logic_error(fmt::format("{} is written twice", file.name));
     }
-    const auto file = path(name);
-    int descriptor = ::open(file.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+    const auto place = path(file.name);
+    int descriptor = ::open(place.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
     if (descriptor < 0) {
-        fail(target_ / name, fmt::format("cannot be created: {}", std::strerror(errno)));
+        fail(target_ / file.name, fmt::format("cannot be created: {}", std::strerror(errno)));
     }
     try {
         write(descriptor);
@@ -161,16 +165,35 @@ void OutputDirectory::write(const std::string& name,
         }
     } catch (const std::system_error& error) {
         ::close(descriptor);
-        fail(target_ / name, fmt::format("cannot be written: {}", error.code().message()));
+        fail(target_ / file.name, fmt::format("cannot be written: {}", error.code().message()));
     } catch (...) {
         ::close(descriptor);
         throw;
     }
+    if (file.is_read_again) {
+        hashes_.emplace_back(file.name, content_hash_of_file(place));
+    }
 }
 
-void OutputDirectory::commit() {
-    if (!missing_.empty()) {
-        throw std::logic_error(fmt::format("{} was declared and is not written", missing_.front()));
+void OutputDirectory::write(const std::string& name, std::string_view bytes) {
+    const auto file = std::ranges::find(files_, name, &OutputFile::name);
+    if (file == files_.end() || file->write) {
+        throw std::logic_error(
+            fmt::format("{} is not one of the files that come one by one", name));
+    }
+    write_file(*file, [&](int descriptor) { scan::write_all(descriptor, bytes); });
+}
+
+void OutputDirectory::finish() {
+    for (const auto& file : files_) {
+        if (file.write) {
+            throw_if_interrupted();
+            write_file(file, file.write);
+        }
+    }
+    if (written_.size() != files_.size()) {
+        throw std::logic_error(fmt::format("of {} files that were stated {} are written",
+                                           files_.size(), written_.size()));
     }
     throw_if_interrupted();
     finish_in_any_case();

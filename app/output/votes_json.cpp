@@ -4,7 +4,7 @@
 #include <string>
 
 #include "app/cli/terminal.h"
-#include "app/output/describe.h"
+#include "app/output/json.h"
 #include "scan/statistics/uniform_test.h"
 
 namespace merl::app {

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "app/cli/terminal.h"
-#include "app/cli/version.h"
+#include "app/output/provenance.h"
 #include "app/pages/compare_page_html.h"
 #include "app/pages/page.h"
 
@@ -62,10 +62,11 @@ ordered_json comparison_json(const scan::DistanceTable& table, const scan::Compa
             {"strongest", strongest}};
 }
 
-ordered_json page_data(const ObtainedDistances& obtained, const scan::ComparisonResult& compared) {
-    const auto& table = obtained.table;
+ordered_json page_data(const pipeline::PairDistances& distances,
+                       const scan::ComparisonResult& compared) {
+    const auto& table = distances.table;
     ordered_json facts = ordered_json::array();
-    for (const auto& lines : {obtained.source_lines, obtained.device_lines}) {
+    for (const auto& lines : {source_lines(distances), engine_lines(distances.provenance)}) {
         for (const auto& [name, text] : lines) {
             facts.push_back({name, printable(text)});
         }
@@ -89,9 +90,9 @@ ordered_json page_data(const ObtainedDistances& obtained, const scan::Comparison
     for (const auto& comparison : compared.comparisons) {
         comparisons.push_back(comparison_json(table, comparison));
     }
-    return {{"version", kVersion},
+    return {{"version", distances.provenance.version},
             {"facts", facts},
-            {"metrics", obtained.described_metrics},
+            {"metrics", metrics_json(distances.provenance)},
             {"materials", materials},
             {"pairs", table.pairs()},
             {"configurations", scan::configuration_count(table.pairs())},
@@ -102,9 +103,9 @@ ordered_json page_data(const ObtainedDistances& obtained, const scan::Comparison
 
 }  // namespace
 
-std::string compare_page(const ObtainedDistances& obtained,
+std::string compare_page(const pipeline::PairDistances& distances,
                          const scan::ComparisonResult& compared) {
-    return filled_in(kComparePage, "%DATA%", script_json(page_data(obtained, compared)));
+    return filled_in(kComparePage, "%DATA%", script_json(page_data(distances, compared)));
 }
 
 }  // namespace merl::app

@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "app/pipeline/obtain_distances.h"
+#include "app/pipeline/pair_distances.h"
 #include "scan/select/compare.h"
 
 namespace merl::app {
@@ -12,6 +12,7 @@ inline constexpr std::size_t kPairsOnPage = 10000;
 
 /// compare.html: one page that needs no other file and no network, with the heat map of all metric
 /// pairs, the scatter plot of any two metrics, and what is known of each metric.
-std::string compare_page(const ObtainedDistances& obtained, const scan::ComparisonResult& compared);
+std::string compare_page(const pipeline::PairDistances& distances,
+                         const scan::ComparisonResult& compared);
 
 }  // namespace merl::app

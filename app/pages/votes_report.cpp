@@ -7,9 +7,9 @@
 #include <string_view>
 #include <system_error>
 
+#include "app/cli/sphere_options.h"
 #include "app/cli/terminal.h"
-#include "app/output/image.h"
-#include "app/output/sphere_image.h"
+#include "app/output/image_file.h"
 #include "app/pages/page.h"
 #include "app/pages/votes_page_html.h"
 #include "engine/base/error.h"

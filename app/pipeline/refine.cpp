@@ -7,7 +7,7 @@
 #include "scan/score/score.h"
 #include "scan/select/undecided.h"
 
-namespace merl::app {
+namespace merl::pipeline {
 namespace {
 
 engine::Float64Request request(const engine::Metric& metric,
@@ -85,4 +85,4 @@ std::vector<std::uint64_t> refine_judged(scan::DistanceTable& table,
     return refined;
 }
 
-}  // namespace merl::app
+}  // namespace merl::pipeline

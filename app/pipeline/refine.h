@@ -12,7 +12,7 @@
 #include "scan/pairs/pairs.h"
 #include "scan/score/judgements.h"
 
-namespace merl::app {
+namespace merl::pipeline {
 
 /// What refining took.
 struct Refined {
@@ -39,4 +39,4 @@ std::vector<std::uint64_t> refine_judged(scan::DistanceTable& table,
                                          std::uint64_t memory_bytes,
                                          const std::function<void(double)>& progress);
 
-}  // namespace merl::app
+}  // namespace merl::pipeline

@@ -59,22 +59,33 @@ double fresnel(double c, double ior) {
     return 0.5 * s * s * (1 + p * p);
 }
 
+/// The lines of a table after its header, by material.
+std::vector<AbcFit> parse_fits(const std::string& csv) {
+    std::vector<AbcFit> fits;
+    std::istringstream lines(csv);
+    std::string line;
+    std::getline(lines, line);  // the header
+    while (std::getline(lines, line)) {
+        fits.push_back(parse_fit(line));
+    }
+    std::ranges::sort(fits, {}, &AbcFit::material);
+    return fits;
+}
+
+std::vector<std::string> materials_of(const std::vector<AbcFit>& fits) {
+    std::vector<std::string> materials(fits.size());
+    std::ranges::transform(fits, materials.begin(), &AbcFit::material);
+    return materials;
+}
+
 class AbcDatabase final : public Database {
   public:
     AbcDatabase(const Grid& grid, const std::string& csv)
-        : Database("ABC fits of MERL (stand-in, not measured)", built_in_kind), domain_(grid) {
+        : Database("ABC fits of MERL (stand-in, not measured)", built_in_kind),
+          domain_(grid),
+          fits_(parse_fits(csv)) {
         grid_ = grid;
-        std::istringstream lines(csv);
-        std::string line;
-        std::getline(lines, line);  // the header
-        while (std::getline(lines, line)) {
-            fits_.push_back(parse_fit(line));
-        }
-        std::sort(fits_.begin(), fits_.end(),
-                  [](const AbcFit& x, const AbcFit& y) { return x.material < y.material; });
-        for (const auto& fit : fits_) {
-            materials_.push_back(fit.material);
-        }
+        materials_ = materials_of(fits_);
         for (std::uint32_t s = 0; s < grid.theta_d; ++s) {
             theta_d_.push_back(make_row(
                 domain_.voxel(std::uint64_t{grid.phi_d} * s).theta_d,
@@ -90,10 +101,10 @@ class AbcDatabase final : public Database {
     }
 
     void read(std::size_t material, VoxelRange range, std::span<double> samples,
-              ContentHash* hash) const override {
+              const SampleSink& sink) const override {
         const AbcFit& fit = fits_.at(material);
-        if (hash != nullptr && range.first == 0) {
-            hash->update(material, 0, std::as_bytes(std::span(fit.line)));
+        if (sink && range.first == 0) {
+            sink(0, std::as_bytes(std::span(fit.line)));
         }
         for (std::uint64_t i = range.first; i < range.last; ++i) {
             const Voxel v = domain_.voxel(i);
@@ -144,6 +155,10 @@ std::unique_ptr<Database> make_abc_database(const Grid& grid) {
 
 std::unique_ptr<Database> make_abc_database(const Grid& grid, const std::string& csv) {
     return std::make_unique<AbcDatabase>(grid, csv);
+}
+
+std::vector<std::string> merl_materials() {
+    return materials_of(parse_fits(kAbcFits));
 }
 
 }  // namespace merl::engine

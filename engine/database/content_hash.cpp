@@ -35,6 +35,12 @@ void ContentHash::update(std::size_t material, std::size_t plane,
     planes.bytes.at(plane) += bytes.size();
 }
 
+SampleSink ContentHash::sink(std::size_t material) {
+    return [this, material](std::size_t plane, std::span<const std::byte> bytes) {
+        update(material, plane, bytes);
+    };
+}
+
 std::string ContentHash::digest(const std::vector<std::string>& materials,
                                 const std::string& header) const {
     std::string all = header;
@@ -62,6 +68,17 @@ std::string ContentHash::planes_text(std::size_t material) const {
         text += ' ' + materials_.at(material)->digest(plane);
     }
     return text;
+}
+
+std::string content_hash_of(const Database& database, const std::function<void(double)>& progress) {
+    const std::size_t materials = database.materials().size();
+    ContentHash hash(materials);
+    for (std::size_t material = 0; material < materials; ++material) {
+        read_material(database, material, hash.sink(material),
+                      [](VoxelRange, std::span<const double>) {});
+        progress(static_cast<double>(material + 1) / static_cast<double>(materials));
+    }
+    return hash.digest(database.materials(), database.grid().text());
 }
 
 }  // namespace merl::engine

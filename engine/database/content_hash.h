@@ -2,10 +2,13 @@
 
 #include <array>
 #include <cstddef>
+#include <functional>
 #include <memory>
 #include <span>
 #include <string>
 #include <vector>
+
+#include "engine/database/database.h"
 
 namespace merl::engine {
 
@@ -21,6 +24,9 @@ class ContentHash {
 
     void update(std::size_t material, std::size_t plane, std::span<const std::byte> bytes);
 
+    /// What feeds a material, as long as this lives.
+    SampleSink sink(std::size_t material);
+
     /// 32 hexadecimal digits. `header` is whatever else identifies the database (its grid).
     std::string digest(const std::vector<std::string>& materials, const std::string& header) const;
 
@@ -35,5 +41,9 @@ class ContentHash {
     std::string planes_text(std::size_t material) const;
     std::vector<std::unique_ptr<Planes>> materials_;
 };
+
+/// The content hash of a whole database. Reads everything; `progress` is called after each material
+/// with the share that is done, and may throw. Throws what Database::read() throws.
+std::string content_hash_of(const Database& database, const std::function<void(double)>& progress);
 
 }  // namespace merl::engine

@@ -1,11 +1,13 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
-#include "engine/database/content_hash.h"
 #include "engine/database/domain.h"
 
 namespace merl::engine {
@@ -21,33 +23,56 @@ struct VoxelRange {
 /// which square it, cannot overflow.
 constexpr double kMaxReflectance = 1e12;
 
-/// A database of measured BRDFs on one grid, read a range of voxels at a time.
+/// Takes what identifies the samples of one material while they are read: bytes of one of its three
+/// planes, in order. The same bytes are the same content, however they come in pieces
+/// (ContentHash).
+using SampleSink = std::function<void(std::size_t plane, std::span<const std::byte> bytes)>;
+
+/// Measured BRDFs on one grid, read a range of voxels at a time.
+///
+/// A kind of database is a class like this one and a line in open_database.cpp. It fills in the
+/// members below in its constructor; one that wraps others hands the sink on to them.
 class Database {
   public:
     virtual ~Database() = default;
+    Database(const Database&) = delete;
+    Database& operator=(const Database&) = delete;
 
     const std::string& name() const { return name_; }
-    const std::string& kind() const { return kind_; }  // "MERL directory" or "built-in stand-in"
+    const std::string& kind() const { return kind_; }  // "MERL directory", "built-in stand-in" ...
+
+    /// Where it is, absolute; empty for one that is not in a file.
+    const std::string& path() const { return path_; }
+
     const Grid& grid() const { return grid_; }
 
     /// Names sorted bytewise, without extension; the order of everything else.
     const std::vector<std::string>& materials() const { return materials_; }
 
-    /// Reflectance in 1/sr of one material: `samples` gets three planes (red, green, blue) of
-    /// `range.size()` numbers each. Negative numbers mean "not measured" and come as they are; the
-    /// others are finite and at most kMaxReflectance. With `hash`, what identifies these samples is
-    /// added to it (ranges in order, see ContentHash). Any thread may call it.
-    /// Throws Error (input) that names the file, the voxel and what was found.
+    /// Reflectance in 1/sr of one material, by its index: `samples` gets three planes (red, green,
+    /// blue) of `range.size()` numbers each, in the order of the voxels in MERL files (Domain).
+    /// Negative numbers mean "not measured" and come as they are; the others are finite and at most
+    /// kMaxReflectance. With `sink`, what identifies these samples is handed to it; whoever wants
+    /// that reads all ranges in order. Any thread may call it.
+    /// Throws InputError that names the file, the voxel and what was found.
     virtual void read(std::size_t material, VoxelRange range, std::span<double> samples,
-                      ContentHash* hash = nullptr) const = 0;
+                      const SampleSink& sink = {}) const = 0;
 
   protected:
-    Database(std::string name, std::string kind) : name_(std::move(name)), kind_(std::move(kind)) {}
+    Database(std::string name, std::string kind, std::string path = {})
+        : name_(std::move(name)), kind_(std::move(kind)), path_(std::move(path)) {}
 
     std::string name_;
     std::string kind_;
+    std::string path_;
     Grid grid_;
     std::vector<std::string> materials_;
 };
+
+/// Reads a whole material, some voxels at a time and in order: `use` gets each range and its
+/// planes, as Database::read() gives them.
+void read_material(
+    const Database& database, std::size_t material, const SampleSink& sink,
+    const std::function<void(VoxelRange range, std::span<const double> samples)>& use);
 
 }  // namespace merl::engine

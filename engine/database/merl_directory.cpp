@@ -19,46 +19,42 @@ bool has_merl_extension(const std::filesystem::path& path) {
     return extension == ".binary";
 }
 
-class MerlDirectory final : public Database {
+class MerlDatabase final : public Database {
   public:
-    explicit MerlDirectory(const std::filesystem::path& directory)
-        : Database(directory.string(), "MERL directory"), entries_(list_merl_directory(directory)) {
-        if (entries_.size() < 2) {
-            throw InputError(
-                fmt::format("{}: found {} .binary file{}; a scan needs at least two materials",
-                            directory.string(), entries_.size(), entries_.size() == 1 ? "" : "s"));
-        }
+    /// `name` is what it is called and where it is.
+    MerlDatabase(const std::filesystem::path& name, const char* kind,
+                 std::vector<MerlEntry> entries)
+        : Database(name.string(), kind,
+                   std::filesystem::absolute(name).lexically_normal().string()),
+          entries_(std::move(entries)) {
         for (const auto& entry : entries_) {
             const auto& header = headers_.emplace_back(read_merl_header(entry.path));
             const Grid& grid = header.grid;
             if (materials_.empty()) {
                 grid_ = grid;
             } else if (grid != grid_) {
-                throw InputError(
-                    fmt::format("{}: the grid is {}; {} has {}, and all files of a "
-                                "database must have the same",
-                                entry.path.string(), grid.text(), entries_.front().path.string(),
-                                grid_.text()));
+                throw InputError(fmt::format(
+                    "{}: the grid is {}; {} has {}, and all files of a database must have the same",
+                    entry.path.string(), grid.text(), entries_.front().path.string(),
+                    grid_.text()));
             }
             materials_.push_back(entry.material);
         }
     }
 
     void read(std::size_t material, VoxelRange range, std::span<double> samples,
-              ContentHash* hash) const override {
-        std::function<void(std::size_t, std::span<const std::byte>)> raw;
-        if (hash != nullptr) {
-            raw = [=](std::size_t plane, std::span<const std::byte> bytes) {
-                hash->update(material, plane, bytes);
-            };
-        }
-        read_merl_samples(entries_.at(material).path, headers_.at(material), range, samples, raw);
+              const SampleSink& sink) const override {
+        read_merl_samples(entries_.at(material).path, headers_.at(material), range, samples, sink);
     }
 
   private:
     std::vector<MerlEntry> entries_;
     std::vector<MerlHeader> headers_;  // of each, when it was first opened
 };
+
+MerlEntry entry_of(const std::filesystem::path& path) {
+    return {path.stem().string(), path};
+}
 
 }  // namespace
 
@@ -68,7 +64,7 @@ std::vector<MerlEntry> list_merl_directory(const std::filesystem::path& director
         for (const auto& file : std::filesystem::directory_iterator(directory)) {
             const auto& path = file.path();
             if (has_merl_extension(path) && path.filename().string().front() != '.') {
-                entries.push_back({path.stem().string(), path});
+                entries.push_back(entry_of(path));
             }
         }
     } catch (const std::filesystem::filesystem_error& error) {
@@ -89,7 +85,23 @@ std::vector<MerlEntry> list_merl_directory(const std::filesystem::path& director
 }
 
 std::unique_ptr<Database> open_merl_directory(const std::filesystem::path& directory) {
-    return std::make_unique<MerlDirectory>(directory);
+    auto entries = list_merl_directory(directory);
+    if (entries.size() < 2) {
+        throw InputError(
+            fmt::format("{}: found {} .binary file{}; a scan needs at least two materials",
+                        directory.string(), entries.size(), entries.size() == 1 ? "" : "s"));
+    }
+    return std::make_unique<MerlDatabase>(directory, "MERL directory", std::move(entries));
+}
+
+std::vector<MerlEntry> list_merl_files(const std::filesystem::path& path) {
+    std::error_code none;
+    return std::filesystem::is_directory(path, none) ? list_merl_directory(path)
+                                                     : std::vector{entry_of(path)};
+}
+
+std::unique_ptr<Database> open_merl_file(const std::filesystem::path& path) {
+    return std::make_unique<MerlDatabase>(path, "MERL file", std::vector{entry_of(path)});
 }
 
 }  // namespace merl::engine

@@ -24,4 +24,10 @@ std::vector<MerlEntry> list_merl_directory(const std::filesystem::path& director
 /// files, all of one grid.
 std::unique_ptr<Database> open_merl_directory(const std::filesystem::path& directory);
 
+/// The files of a directory, or the one file, that `path` is.
+std::vector<MerlEntry> list_merl_files(const std::filesystem::path& path);
+
+/// One file, as a database of one material. Throws InputError unless it is whole.
+std::unique_ptr<Database> open_merl_file(const std::filesystem::path& path);
+
 }  // namespace merl::engine

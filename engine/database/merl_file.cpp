@@ -103,10 +103,8 @@ MerlHeader read_merl_header(const std::filesystem::path& path) {
     return {grid, file.state()};
 }
 
-void read_merl_samples(
-    const std::filesystem::path& path, const MerlHeader& header, VoxelRange range,
-    std::span<double> samples,
-    const std::function<void(std::size_t plane, std::span<const std::byte>)>& raw) {
+void read_merl_samples(const std::filesystem::path& path, const MerlHeader& header,
+                       VoxelRange range, std::span<double> samples, const SampleSink& sink) {
     const File file(path);
     const Grid& grid = header.grid;
     file.expect(header.state);
@@ -114,8 +112,8 @@ void read_merl_samples(
         const auto to = samples.subspan(plane * range.size(), range.size());
         file.read(kHeaderBytes + (plane * grid.voxels() + range.first) * sizeof(double),
                   std::as_writable_bytes(to));
-        if (raw) {
-            raw(plane, std::as_bytes(to));
+        if (sink) {
+            sink(plane, std::as_bytes(to));
         }
         if (!scale(to, kMerlScale[plane])) {
             for (std::uint64_t i = 0; i < to.size(); ++i) {

@@ -39,10 +39,8 @@ MerlHeader read_merl_header(const std::filesystem::path& path);
 
 /// As Database::read, of a file whose header was read before. Throws Error (input) when it is not
 /// that file any more, or not in that state, before or after reading.
-void read_merl_samples(
-    const std::filesystem::path& path, const MerlHeader& header, VoxelRange range,
-    std::span<double> samples,
-    const std::function<void(std::size_t plane, std::span<const std::byte>)>& raw);
+void read_merl_samples(const std::filesystem::path& path, const MerlHeader& header,
+                       VoxelRange range, std::span<double> samples, const SampleSink& sink = {});
 
 /// One material of a database as the bytes of a MERL file. Voxels below the horizon are stored as
 /// not measured.

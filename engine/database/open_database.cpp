@@ -1,12 +1,73 @@
-#include "app/commands/commands.h"
+#include "engine/database/open_database.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+
 #include "engine/database/abc_database.h"
 #include "engine/database/merl_directory.h"
+#include "engine/database/subset_database.h"
 
-namespace merl::app {
+namespace merl::engine {
+namespace {
 
-std::unique_ptr<engine::Database> open_database(const std::string& path) {
-    return path.empty() || path == kBuiltIn ? engine::make_abc_database()
-                                            : engine::open_merl_directory(path);
+/// A kind of database.
+struct Kind {
+    const char* help;  // what --help says that one may name
+    /// Whether a name means one of this kind.
+    bool (*recognises)(const std::string& name);
+    std::unique_ptr<Database> (*open)(const std::string& name);
+    /// Its materials one by one, where some may be broken; null: it is whole or cannot be opened.
+    std::vector<MaterialSource> (*list)(const std::string& name) = nullptr;
+};
+
+std::vector<MaterialSource> list_merl(const std::string& name) {
+    std::vector<MaterialSource> sources;
+    for (const auto& entry : list_merl_files(name)) {
+        sources.push_back({entry.material, [entry] { return open_merl_file(entry.path); }});
+    }
+    return sources;
 }
 
-}  // namespace merl::app
+/// The first that recognises a name opens it; the last one recognises all.
+const std::array kKinds = {
+    Kind{"built-in (the stand-in database)",
+         [](const std::string& name) { return name.empty() || name == kBuiltIn; },
+         [](const std::string&) { return make_abc_database(); }},
+    Kind{"a directory of MERL .binary files", [](const std::string&) { return true; },
+         [](const std::string& name) { return open_merl_directory(name); }, list_merl},
+};
+
+const Kind& kind_of(const std::string& name) {
+    return *std::ranges::find_if(kKinds, [&](const Kind& kind) { return kind.recognises(name); });
+}
+
+}  // namespace
+
+std::unique_ptr<Database> open_database(const std::string& name) {
+    return kind_of(name).open(name);
+}
+
+std::vector<MaterialSource> list_database(const std::string& name) {
+    const auto& kind = kind_of(name);
+    if (kind.list != nullptr) {
+        return kind.list(name);
+    }
+    const std::shared_ptr<const Database> whole = kind.open(name);
+    std::vector<MaterialSource> sources;
+    for (std::size_t m = 0; m < whole->materials().size(); ++m) {
+        sources.push_back({whole->materials()[m], [whole, m] { return make_subset(whole, {m}); }});
+    }
+    return sources;
+}
+
+std::string database_help() {
+    std::string help;
+    for (const auto& kind : kKinds) {
+        help += fmt::format("{}{}", help.empty() ? "" : ", or ", kind.help);
+    }
+    return help;
+}
+
+}  // namespace merl::engine

@@ -248,7 +248,8 @@ NoDriverError why_no_device() {
     if (installed.empty()) {
         return {"no Vulkan driver is installed" + reasons, !reasons.empty()};
     }
-    return {fmt::format("no Vulkan driver found, although there is {}{}", installed, reasons), true};
+    return {fmt::format("no Vulkan driver found, although there is {}{}", installed, reasons),
+            true};
 }
 
 /// The loader, or an Error that says how to get it.

@@ -54,8 +54,10 @@ DistanceResult compute_distances(Engines& engines, const Database& database,
     }
     DistanceResult result;
     auto& seconds = result.seconds;
+    Stopwatch opening;
     auto parts =
         make_parts(engines, metrics, static_cast<std::uint32_t>(materials), result.warnings);
+    seconds.opening = opening.lap();
     std::vector<EngineNeeds> needs(parts.size());
     std::ranges::transform(parts, needs.begin(), &Part::needs);
     Workload workload = {
@@ -69,12 +71,11 @@ DistanceResult compute_distances(Engines& engines, const Database& database,
     workload.voxels = voxels.size();
     const SlabPlan plan = plan_slabs(needs, options.memory_bytes, workload);
     for (auto& part : parts) {
-        part.work = part.share.engine->start(
-            part.metrics,
-            {.materials = static_cast<std::uint32_t>(materials),
-             .slab_blocks = plan.slab_blocks,
-             .grid_voxels = database.grid().voxels()},
-            {database, voxels, seconds, result.warnings});
+        part.work = part.share.engine->start(part.metrics,
+                                             {.materials = static_cast<std::uint32_t>(materials),
+                                              .slab_blocks = plan.slab_blocks,
+                                              .grid_voxels = database.grid().voxels()},
+                                             {database, voxels, seconds, result.warnings});
     }
     SlabReader reader(database, voxels);
     for (std::uint64_t i = 0; i < plan.slabs; ++i) {
@@ -103,8 +104,8 @@ DistanceResult compute_distances(Engines& engines, const Database& database,
         for (std::size_t m = 0; m < distances.size(); ++m) {
             result.distances[part.share.metrics[m]] = std::move(distances[m]);
         }
-        result.engines.push_back({part.share.engine->description(), part.share.metrics,
-                                  part.work->peak_bytes()});
+        result.engines.push_back(
+            {part.share.engine->description(), part.share.metrics, part.work->peak_bytes()});
     }
     result.voxels = voxels.size();
     result.slabs = plan.slabs;

@@ -13,7 +13,7 @@ namespace merl::engine {
 
 Engines::Engines(std::string device)
     : device_(std::move(device)),
-      rule_(device_.empty()   ? Rule::automatic
+      rule_(device_.empty()    ? Rule::automatic
             : device_ == kHost ? Rule::host
                                : Rule::vulkan),
       host_(make_host_engine()) {}

@@ -56,10 +56,10 @@ class Engines {
 
     std::string device_;
     Rule rule_;
-    bool looked_ = false;           // for devices
-    bool software_ = false;         // whether there is a usable device, and it is the processor
-    std::string why_no_device_;     // where none can be used
-    bool no_driver_ = false;        // for want of a driver that could be installed
+    bool looked_ = false;        // for devices
+    bool software_ = false;      // whether there is a usable device, and it is the processor
+    std::string why_no_device_;  // where none can be used
+    bool no_driver_ = false;     // for want of a driver that could be installed
     std::optional<device::Context> context_;
     std::unique_ptr<Engine> host_;
     std::unique_ptr<Engine> vulkan_;

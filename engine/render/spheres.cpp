@@ -8,6 +8,7 @@
 #include <stdexcept>
 
 #include "engine/base/error.h"
+#include "engine/database/content_hash.h"
 #include "engine/device/buffer.h"
 #include "engine/device/kernel.h"
 #include "engine/device/shader_compiler.h"
@@ -28,9 +29,8 @@ using device::Traffic;
 
 using Texel = std::array<float, 4>;
 
-constexpr double kFill = 0.9;                 // of half the image's height
-constexpr std::uint32_t kSide = 8;            // of a workgroup, as in the shader
-constexpr std::uint64_t kReadVoxels = 16384;  // that a thread reads at a time
+constexpr double kFill = 0.9;       // of half the image's height
+constexpr std::uint32_t kSide = 8;  // of a workgroup, as in the shader
 
 /// Push constants of shaders/render/sphere.comp.
 struct Push {
@@ -63,22 +63,19 @@ std::vector<std::uint32_t> compile_sphere() {
 }
 
 /// All samples of a material as texels, none negative. Returns the hash of what was read.
-std::string read_material(const Database& database, std::size_t material, std::span<Texel> texels) {
-    const std::uint64_t voxels = database.grid().voxels();
+std::string fill_texels(const Database& database, std::size_t material, std::span<Texel> texels) {
     ContentHash hash(database.materials().size());
-    std::vector<double> samples(3 * kReadVoxels);
-    for (std::uint64_t first = 0; first < voxels; first += kReadVoxels) {
-        const VoxelRange range = {first, std::min(first + kReadVoxels, voxels)};
-        const auto planes = std::span(samples).first(3 * range.size());
-        database.read(material, range, planes, &hash);
-        for (std::uint64_t i = 0; i < range.size(); ++i) {
-            Texel& texel = texels[range.first + i];
-            for (std::size_t plane = 0; plane < 3; ++plane) {
-                texel[plane] = static_cast<float>(std::max(0.0, planes[plane * range.size() + i]));
-            }
-            texel[3] = 0;
-        }
-    }
+    read_material(database, material, hash.sink(material),
+                  [&](VoxelRange range, std::span<const double> planes) {
+                      for (std::uint64_t i = 0; i < range.size(); ++i) {
+                          Texel& texel = texels[range.first + i];
+                          for (std::size_t plane = 0; plane < 3; ++plane) {
+                              texel[plane] = static_cast<float>(
+                                  std::max(0.0, planes[plane * range.size() + i]));
+                          }
+                          texel[3] = 0;
+                      }
+                  });
     return hash.material_digest(material, database.grid().text());
 }
 
@@ -126,7 +123,7 @@ class Slot {
     }
 
     void start(const Database& database, std::size_t material, std::size_t number) {
-        content_hash_ = read_material(database, material, samples_.host_as<Texel>());
+        content_hash_ = fill_texels(database, material, samples_.host_as<Texel>());
         submission_.submit();
         running_ = true;
         number_ = number;

@@ -135,7 +135,7 @@ BlendedDatabase::BlendedDatabase(const Database& original, std::size_t materials
 }
 
 void BlendedDatabase::read(std::size_t material, engine::VoxelRange range,
-                           std::span<double> samples, engine::ContentHash* hash) const {
+                           std::span<double> samples, const engine::SampleSink& sink) const {
     const auto [a, b] = blends_.at(material);
     for (std::size_t channel = 0; channel < 3; ++channel) {
         const auto plane = samples.subspan(channel * range.size(), range.size());
@@ -144,8 +144,8 @@ void BlendedDatabase::read(std::size_t material, engine::VoxelRange range,
         for (std::size_t i = 0; i < plane.size(); ++i) {
             plane[i] = 0.5 * (of_a[i] + of_b[i]);
         }
-        if (hash != nullptr) {
-            hash->update(material, channel, std::as_bytes(plane));
+        if (sink) {
+            sink(channel, std::as_bytes(plane));
         }
     }
 }

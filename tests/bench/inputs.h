@@ -46,7 +46,7 @@ class BlendedDatabase final : public engine::Database {
   public:
     BlendedDatabase(const engine::Database& original, std::size_t materials);
     void read(std::size_t material, engine::VoxelRange range, std::span<double> samples,
-              engine::ContentHash* hash) const override;
+              const engine::SampleSink& sink) const override;
 
   private:
     struct Blend {

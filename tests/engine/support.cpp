@@ -15,6 +15,18 @@
 
 namespace merl::test {
 
+namespace {
+
+std::vector<std::string> material_names(std::size_t materials) {
+    std::vector<std::string> names;
+    for (std::size_t i = 0; i < materials; ++i) {
+        names.push_back(fmt::format("material-{:04}", i));
+    }
+    return names;
+}
+
+}  // namespace
+
 device::Context& lavapipe() {
     static device::Context context({.device = "llvmpipe"});
     return context;
@@ -25,26 +37,9 @@ device::Context& lavapipe_with_staging() {
     return context;
 }
 
-FunctionDatabase::FunctionDatabase(const engine::Grid& grid, std::size_t materials, Sample sample)
-    : Database("a function", "test"), sample_(std::move(sample)) {
-    grid_ = grid;
-    for (std::size_t i = 0; i < materials; ++i) {
-        materials_.push_back(fmt::format("material-{:04}", i));
-    }
-}
-
-void FunctionDatabase::read(std::size_t material, engine::VoxelRange range,
-                            std::span<double> samples, engine::ContentHash* hash) const {
-    for (std::size_t channel = 0; channel < 3; ++channel) {
-        const auto plane = samples.subspan(channel * range.size(), range.size());
-        for (std::uint64_t i = 0; i < range.size(); ++i) {
-            plane[i] = sample_(material, range.first + i, channel);
-        }
-        if (hash != nullptr) {
-            hash->update(material, channel, std::as_bytes(plane));
-        }
-    }
-}
+FunctionDatabase::FunctionDatabase(const engine::Grid& grid, std::size_t materials,
+                                   const Sample& sample)
+    : MemoryDatabase("a function", grid, material_names(materials), sample) {}
 
 double random_sample(std::size_t material, std::uint64_t voxel, std::size_t channel) {
     // SplitMix64 (Steele et al. 2014) of the place: the same number wherever it is asked for.

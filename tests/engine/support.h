@@ -2,11 +2,10 @@
 
 #include <cstdint>
 #include <filesystem>
-#include <functional>
 #include <string>
 #include <vector>
 
-#include "engine/database/database.h"
+#include "engine/database/memory_database.h"
 #include "engine/device/context.h"
 #include "engine/metric/metric.h"
 
@@ -19,16 +18,9 @@ device::Context& lavapipe();
 device::Context& lavapipe_with_staging();
 
 /// A database whose samples come from a function of material, file index and channel.
-class FunctionDatabase final : public engine::Database {
+class FunctionDatabase final : public engine::MemoryDatabase {
   public:
-    using Sample =
-        std::function<double(std::size_t material, std::uint64_t voxel, std::size_t channel)>;
-    FunctionDatabase(const engine::Grid& grid, std::size_t materials, Sample sample);
-    void read(std::size_t material, engine::VoxelRange range, std::span<double> samples,
-              engine::ContentHash* hash) const override;
-
-  private:
-    Sample sample_;
+    FunctionDatabase(const engine::Grid& grid, std::size_t materials, const Sample& sample);
 };
 
 /// Reproducible numbers that look like reflectance: from 1e-3 to 1e3 1/sr, some not measured.

@@ -53,7 +53,8 @@ void TwinMetric::sum(const Slab& slab) {
         const std::uint64_t block = task / materials_;
         const auto row = static_cast<std::uint32_t>(task % materials_);
         const BlockSamples* const of_block = &grid_[block * materials_];
-        double* sum = &sums_[block * totals_.size()] + totals_.size() - pair_count(materials_ - row);
+        double* sum =
+            &sums_[block * totals_.size()] + totals_.size() - pair_count(materials_ - row);
         for (std::uint32_t column = row + 1; column < materials_; ++column) {
             *sum++ = metric_->twin.sum(metric_->parameters, of_block[row], of_block[column],
                                        weights_[block]);

@@ -9,8 +9,8 @@
 
 namespace merl::engine {
 
-/// One metric with a twin and no degree on the processor, in float64: its distances have the bits of
-/// float64_distances(), and their bounds are 0.
+/// One metric with a twin and no degree on the processor, in float64: its distances have the bits
+/// of float64_distances(), and their bounds are 0.
 class TwinMetric {
   public:
     TwinMetric(const Metric& metric, std::uint32_t materials, std::uint32_t slab_blocks,

@@ -53,7 +53,7 @@ void fill_up(std::uint64_t voxels, std::span<BlockSamples> blocks) {
 
 MaterialCounts read_blocks(const Database& database, std::size_t material, VoxelRange file,
                            std::span<const VoxelRun> runs, std::span<BlockSamples> blocks,
-                           ContentHash* hash, MaterialCheck* check) {
+                           const SampleSink& sink, DamageCheck* check) {
     thread_local std::vector<double> scratch;
     scratch.resize(3 * kReadVoxels);
     MaterialCounts counts;
@@ -62,7 +62,7 @@ MaterialCounts read_blocks(const Database& database, std::size_t material, Voxel
     for (std::uint64_t first = file.first; first < file.last; first += kReadVoxels) {
         const VoxelRange part = {first, std::min(first + kReadVoxels, file.last)};
         const std::span<double> samples(scratch.data(), 3 * part.size());
-        database.read(material, part, samples, hash);
+        database.read(material, part, samples, sink);
         const double* const red = samples.data();
         const double* const green = red + part.size();
         const double* const blue = green + part.size();

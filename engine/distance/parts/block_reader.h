@@ -4,10 +4,9 @@
 #include <span>
 #include <vector>
 
-#include "engine/database/content_hash.h"
+#include "engine/database/damage.h"
 #include "engine/database/database.h"
 #include "engine/database/domain.h"
-#include "engine/database/material_check.h"
 #include "engine/metric/metric.h"
 
 namespace merl::engine {
@@ -31,11 +30,11 @@ constexpr std::uint64_t block_count(std::uint64_t voxels) {
 
 /// Reads the range `file` of a material and fills `blocks` with its samples at the visited voxels
 /// `runs`, all of which are in that range: negative numbers as zero, and zeros after the last
-/// voxel. With `hash` and `check`, what was read is added to them. Any thread may call it.
+/// voxel. With `sink` and `check`, what was read goes to them. Any thread may call it.
 /// Throws what Database::read() throws.
 MaterialCounts read_blocks(const Database& database, std::size_t material, VoxelRange file,
                            std::span<const VoxelRun> runs, std::span<BlockSamples> blocks,
-                           ContentHash* hash = nullptr, MaterialCheck* check = nullptr);
+                           const SampleSink& sink = {}, DamageCheck* check = nullptr);
 
 /// The voxels themselves, in whole blocks that are filled up with empty ones.
 std::vector<Voxel> voxels_of(const Domain& domain, std::span<const VoxelRun> runs);

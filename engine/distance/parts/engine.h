@@ -50,6 +50,7 @@ struct Extent {
 
 /// Seconds spent in the parts of a computation; reading and a device's work overlap.
 struct DistanceSeconds {
+    double opening = 0;     // a device
     double kernels = 0;     // compiling the kernels and making the buffers
     double reading = 0;     // host: reading, converting, hashing; grids of the host
     double transform = 0;   // device: grids and norms

@@ -8,27 +8,11 @@
 
 namespace merl::engine {
 
-std::string content_hash_of(const Database& database, const std::function<void(double)>& progress) {
-    constexpr std::uint64_t kVoxelsAtATime = 16384;
-    const std::uint64_t voxels = database.grid().voxels();
-    const std::size_t materials = database.materials().size();
-    ContentHash hash(materials);
-    std::vector<double> samples(3 * kVoxelsAtATime);
-    for (std::size_t material = 0; material < materials; ++material) {
-        for (std::uint64_t first = 0; first < voxels; first += kVoxelsAtATime) {
-            const VoxelRange range = {first, std::min(first + kVoxelsAtATime, voxels)};
-            database.read(material, range, std::span(samples).first(3 * range.size()), &hash);
-        }
-        progress(static_cast<double>(material + 1) / static_cast<double>(materials));
-    }
-    return hash.digest(database.materials(), database.grid().text());
-}
-
 SlabReader::SlabReader(const Database& database, const VoxelList& voxels)
     : database_(database),
       voxels_(voxels),
       counts_(database.materials().size()),
-      checks_(database.materials().size(), MaterialCheck(database.grid())),
+      checks_(database.materials().size(), DamageCheck(database.grid())),
       hash_(database.materials().size()) {}
 
 void SlabReader::read(const Slab& slab, const Use& use) {
@@ -41,8 +25,8 @@ void SlabReader::read(const Slab& slab, const Use& use) {
     tbb::parallel_for(std::size_t{0}, counts_.size(), [&](std::size_t material) {
         auto& blocks = blocks_.local();
         blocks.resize(slab.blocks());
-        counts_[material] +=
-            read_blocks(database_, material, file, slab.runs, blocks, &hash_, &checks_[material]);
+        counts_[material] += read_blocks(database_, material, file, slab.runs, blocks,
+                                         hash_.sink(material), &checks_[material]);
         use(material, blocks);
     });
 }

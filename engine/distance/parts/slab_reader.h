@@ -17,11 +17,6 @@
 
 namespace merl::engine {
 
-/// The content hash of a whole database, as SlabReader::content_hash() gives it. Reads everything;
-/// `progress` is called after each material with the share that is done, and may throw. Throws what
-/// Database::read() throws.
-std::string content_hash_of(const Database& database, const std::function<void(double)>& progress);
-
 /// Reads a database slab by slab, in order.
 class SlabReader {
   public:
@@ -49,7 +44,7 @@ class SlabReader {
     const Database& database_;
     const VoxelList& voxels_;
     std::vector<MaterialCounts> counts_;
-    std::vector<MaterialCheck> checks_;
+    std::vector<DamageCheck> checks_;
     ContentHash hash_;
     std::uint64_t file_position_ = 0;  // voxels of each file read so far
     tbb::enumerable_thread_specific<std::vector<BlockSamples>> blocks_;

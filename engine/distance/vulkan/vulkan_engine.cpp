@@ -18,8 +18,8 @@ namespace {
 
 /// A slab in flight: its buffers, and the commands that work on them.
 struct Slot {
-    Slot(device::Context& context, const DeviceExtent& extent, std::span<const VulkanMetric> metrics,
-         ScratchBuffers& scratch)
+    Slot(device::Context& context, const DeviceExtent& extent,
+         std::span<const VulkanMetric> metrics, ScratchBuffers& scratch)
         : buffers(context, extent),
           submission(context, static_cast<std::uint32_t>(1 + 2 * metrics.size())) {
         for (const auto& metric : metrics) {
@@ -129,8 +129,7 @@ class VulkanWork final : public EngineWork {
             return site_.voxels.runs(first + voxel, first + voxel + 1).front().file_index;
         };
         if (finding.kind != Finding::fine) {
-            throw InputError(
-                explain(finding, metric, site_.database, file_index(finding.voxel)));
+            throw InputError(explain(finding, metric, site_.database, file_index(finding.voxel)));
         }
         if (finding.same_voxel != Finding::kNone && warned_.insert(&metric).second) {
             site_.warnings.push_back(

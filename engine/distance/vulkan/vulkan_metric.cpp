@@ -179,11 +179,11 @@ ScratchBuffers::ScratchBuffers(Context& context, const DeviceExtent& extent,
 }
 
 VulkanMetric::VulkanMetric(Context& context, const DeviceExtent& extent, const Metric& metric,
-                       std::uint64_t grid_voxels)
+                           std::uint64_t grid_voxels)
     : VulkanMetric(context, extent, metric, grid_voxels, compile_kernels(metric)) {}
 
 VulkanMetric::VulkanMetric(Context& context, const DeviceExtent& extent, const Metric& metric,
-                       std::uint64_t grid_voxels, const MetricKernels& spirv)
+                           std::uint64_t grid_voxels, const MetricKernels& spirv)
     : metric_(&metric),
       extent_(extent),
       tiles_(PairTiles::best(extent.materials, metric)),
@@ -232,12 +232,12 @@ VulkanMetric::VulkanMetric(Context& context, const DeviceExtent& extent, const M
 }
 
 VulkanMetric::Products::Products(Context& context, const VulkanMetric& work, SlabBuffers& slab,
-                               ScratchBuffers& scratch)
+                                 ScratchBuffers& scratch)
     : sums_(download(context, work.extent_.sums_bytes(*work.metric_))) {
     Buffer& grid = scratch.grid;
     weigh_ = bind(context, *work.weigh_, {&slab.geometry, &scratch.weights});
-    prepare_ = bind(context, *work.prepare_,
-                    {&slab.geometry, &slab.samples, &scratch.weights, &grid});
+    prepare_ =
+        bind(context, *work.prepare_, {&slab.geometry, &slab.samples, &scratch.weights, &grid});
     difference_ = bind(context, *work.difference_, {&grid, &sums_});
     if (work.diagonal_difference_) {
         diagonal_difference_ = bind(context, *work.diagonal_difference_, {&grid, &sums_});
@@ -259,7 +259,7 @@ VulkanMetric::Products::Products(Context& context, const VulkanMetric& work, Sla
 }
 
 void VulkanMetric::record(Submission& submission, Products& products, std::uint32_t voxels,
-                        std::uint32_t blocks) const {
+                          std::uint32_t blocks) const {
     const std::uint32_t slab_voxels = blocks * kBlockVoxels;
     const std::uint32_t padded = tiles_.padded_materials();
     const TilesPush tiles = {tiles_.across, extent_.materials};

@@ -9,8 +9,8 @@
 #include "engine/device/context.h"
 #include "engine/device/kernel.h"
 #include "engine/device/submission.h"
-#include "engine/distance/parts/pair_totals.h"
 #include "engine/distance/parts/engine.h"
+#include "engine/distance/parts/pair_totals.h"
 #include "engine/metric/check/finding.h"
 #include "engine/metric/metric.h"
 #include "engine/metric/metric_kernels.h"
@@ -25,8 +25,8 @@ struct DeviceExtent {
     std::uint64_t slab_voxels() const { return std::uint64_t{slab_blocks} * kBlockVoxels; }
 
     // Sizes of the buffers in bytes. Samples and geometry are there for each slab in flight, sums
-    // and norms for each metric and slab in flight (sums twice where there are slopes); weights, grid
-    // and ranges are shared by all.
+    // and norms for each metric and slab in flight (sums twice where there are slopes); weights,
+    // grid and ranges are shared by all.
     std::uint64_t samples_bytes() const { return slab_voxels() * materials * 3 * sizeof(double); }
     std::uint64_t geometry_bytes() const { return slab_voxels() * sizeof(Voxel); }
     std::uint64_t weights_bytes() const { return slab_voxels() * sizeof(double); }

@@ -1,4 +1,4 @@
-#include "app/output/image.h"
+#include "app/output/image_file.h"
 
 #include <OpenEXR/ImfChannelList.h>
 #include <OpenEXR/ImfFrameBuffer.h>
@@ -28,6 +28,9 @@ void append_big_endian(std::string& out, unsigned long value) {
 /// language.
 constexpr std::string_view kComment("iTXtComment\0\0\0\0\0", 16);
 
+/// What comes before a content hash in a comment.
+constexpr std::string_view kContent = "; content ";
+
 constexpr std::size_t kSignature = 8;  // bytes at the beginning of a PNG file
 
 /// A chunk of a comment.
@@ -43,7 +46,7 @@ std::string text_chunk(const std::string& text) {
 
 }  // namespace
 
-std::string exr_file(const Image& image, const std::string& comment) {
+std::string exr_file(const pipeline::Image& image, const std::string& comment) {
     Imf::Header header(static_cast<int>(image.width), static_cast<int>(image.height));
     if (!comment.empty()) {
         Imf::addComments(header, comment);
@@ -66,7 +69,7 @@ std::string exr_file(const Image& image, const std::string& comment) {
     return stream.str();
 }
 
-std::string png_file(const Image& image, const std::string& comment) {
+std::string png_file(const pipeline::Image& image, const std::string& comment) {
     std::vector<std::array<png_byte, 3>> bytes(image.pixels.size());
     std::transform(image.pixels.begin(), image.pixels.end(), bytes.begin(), [](const auto& pixel) {
         std::array<png_byte, 3> to = {};
@@ -109,15 +112,13 @@ std::string png_comment(std::string_view file) {
     return "";
 }
 
-float srgb(float linear) {
-    const float x = std::clamp(linear, 0.0F, 1.0F);
-    return x <= 0.0031308F ? 12.92F * x : 1.055F * std::pow(x, 1 / 2.4F) - 0.055F;
+std::string with_content_hash(const std::string& comment, const std::string& content_hash) {
+    return comment + std::string(kContent) + content_hash;
 }
 
-float lightness(float value) {
-    const float l = 100 * std::clamp(value, 0.0F, 1.0F);
-    const float f = (l + 16) / 116;
-    return srgb(l > 8 ? f * f * f : l * 27.0F / 24389.0F);
+std::string content_hash_in(const std::string& comment) {
+    const auto at = comment.rfind(kContent);
+    return at == std::string::npos ? "" : comment.substr(at + kContent.size());
 }
 
 }  // namespace merl::app

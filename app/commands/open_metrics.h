@@ -12,11 +12,9 @@ inline constexpr const char* kMetricsHelp =
     "A metric is a name of the library (merl-scan metrics) or a file that ends in .glsl, with\n"
     "parameters after colons: pawcielab, pawcielab:white=80, ./my_metric.glsl:alpha=0.3:beta=2.\n";
 
-/// The metrics that the texts name, in their order; "all" is the whole library. A file is compiled
-/// and tried on `device` in a process of its own first (guard.h: call this before a device is
-/// opened), so that none can hang or crash the program. Throws Error: what open_metric() throws,
-/// (input) for a file that cannot be compiled or used, and (usage) when two have the same name, as
-/// columns of tables would.
+/// pipeline::open_metrics(); a file is compiled and tried on `device` in a process of its own first
+/// (guard.h: call this before a device is opened), so that none can hang or crash the program.
+/// Throws what that throws, and Error (input) for a file that cannot be used.
 std::vector<engine::Metric> open_metrics(const std::vector<std::string>& texts,
                                          const std::string& device);
 

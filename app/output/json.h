@@ -5,8 +5,10 @@
 #include <nlohmann/json.hpp>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
+#include "app/pipeline/spheres.h"
 #include "scan/pairs/agreement.h"
 #include "scan/pairs/count.h"
 #include "scan/statistics/estimate.h"
@@ -45,8 +47,14 @@ std::string estimate_text(const scan::Estimate& estimate);
 /// The hash of a file (engine/base/hash.h). Throws InputError when it cannot be read.
 std::string content_hash_of_file(const std::filesystem::path& path);
 
+/// How spheres are seen, as options of summaries.
+nlohmann::ordered_json view_json(const pipeline::SphereView& view);
+
 /// What every summary begins with: its format, and the program that wrote it.
 nlohmann::ordered_json program_json();
+
+/// Texts by name as an object, in their order.
+nlohmann::ordered_json texts_json(const std::vector<std::pair<std::string, std::string>>& texts);
 
 /// Texts as an array, those that are no UTF-8 as as_utf8 writes them.
 nlohmann::ordered_json texts_json(const std::vector<std::string>& texts);

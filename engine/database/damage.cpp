@@ -1,4 +1,4 @@
-#include "engine/database/material_check.h"
+#include "engine/database/damage.h"
 
 #include <fmt/format.h>
 
@@ -45,8 +45,8 @@ bool ends_page(std::uint64_t number, std::uint64_t all) {
 
 }  // namespace
 
-void MaterialCheck::add(VoxelRange range, std::span<const double> samples,
-                        std::span<const VoxelRun> above_horizon) {
+void DamageCheck::add(VoxelRange range, std::span<const double> samples,
+                      std::span<const VoxelRun> above_horizon) {
     for (const auto& run : above_horizon) {
         const double* const at = samples.data() + (run.file_index - range.first);
         add_above_horizon({at, at + range.size(), at + 2 * range.size()}, run.length);
@@ -54,7 +54,7 @@ void MaterialCheck::add(VoxelRange range, std::span<const double> samples,
     add_range(range, samples);
 }
 
-void MaterialCheck::look_at(std::array<const double*, 3> planes, std::uint64_t length) {
+void DamageCheck::look_at(std::array<const double*, 3> planes, std::uint64_t length) {
     for (std::size_t c = 0; c < planes.size(); ++c) {
         auto& channel = channels_[c];
         for (std::uint64_t i = 0; i < length && !(channel.positive && channel.varies); ++i) {
@@ -69,7 +69,7 @@ void MaterialCheck::look_at(std::array<const double*, 3> planes, std::uint64_t l
     settled_ = std::ranges::all_of(channels_, [](const auto& c) { return c.positive && c.varies; });
 }
 
-void MaterialCheck::add_range(VoxelRange range, std::span<const double> samples) {
+void DamageCheck::add_range(VoxelRange range, std::span<const double> samples) {
     for (std::size_t c = 0; c < channels_.size(); ++c) {
         const auto plane = samples.subspan(c * range.size(), range.size());
         const auto end_of_zeros = [&](std::uint64_t from) {
@@ -111,8 +111,8 @@ void MaterialCheck::add_range(VoxelRange range, std::span<const double> samples)
 }
 
 /// Zeros [from, to) of a range, which go on from the open ones if there are any.
-void MaterialCheck::extend(std::size_t channel, VoxelRange range, std::span<const double> samples,
-                           std::uint64_t from, std::uint64_t to) {
+void DamageCheck::extend(std::size_t channel, VoxelRange range, std::span<const double> samples,
+                         std::uint64_t from, std::uint64_t to) {
     auto& zeros = open_[channel];
     if (zeros.length == 0) {
         zeros.first = range.first + from;
@@ -128,7 +128,7 @@ void MaterialCheck::extend(std::size_t channel, VoxelRange range, std::span<cons
 
 /// Decides whether the zeros that have ended are a hole: where a channel is zero and another "not
 /// measured", or from page to page while other channels go on.
-void MaterialCheck::close(std::size_t channel) {
+void DamageCheck::close(std::size_t channel) {
     const Zeros zeros = std::exchange(open_[channel], {});
     const std::uint64_t first = channel * grid_.voxels() + zeros.first;
     const bool pages = begins_page(first) && ends_page(first + zeros.length, 3 * grid_.voxels());
@@ -139,8 +139,8 @@ void MaterialCheck::close(std::size_t channel) {
     }
 }
 
-std::string MaterialCheck::fault(std::uint64_t negative_above_horizon, const ContentHash& hash,
-                                 std::size_t material) const {
+std::string DamageCheck::fault(std::uint64_t negative_above_horizon, const ContentHash& hash,
+                               std::size_t material) const {
     if (above_ == 0) {
         return "";  // a grid of a few voxels
     }

@@ -15,9 +15,9 @@ namespace merl::engine {
 
 /// Looks for what a broken copy leaves in a file that still has the right size, while its samples
 /// are read; costs nothing that can be measured on a file that is whole.
-class MaterialCheck {
+class DamageCheck {
   public:
-    explicit MaterialCheck(const Grid& grid) : grid_(grid) {}
+    explicit DamageCheck(const Grid& grid) : grid_(grid) {}
 
     /// Takes the samples of a range, as Database::read gives them. Ranges come in order and without
     /// gaps; `above_horizon` are the voxels of it that are above the horizon.

@@ -1,4 +1,4 @@
-#include "app/pipeline/scan_database.h"
+#include "app/output/scan_record.h"
 
 #include <fmt/format.h>
 
@@ -6,10 +6,10 @@
 
 #include "app/cli/progress.h"
 #include "app/cli/terminal.h"
-#include "app/commands/commands.h"
 #include "engine/base/error.h"
 #include "engine/database/abc_database.h"
-#include "engine/distance/parts/slab_reader.h"
+#include "engine/database/content_hash.h"
+#include "engine/database/open_database.h"
 #include "scan/io/input.h"
 #include "scan/io/json_format.h"
 
@@ -118,7 +118,7 @@ std::string database_option(const ScanRecord& record) {
                               record.summary));
     }
     if (record.kind == engine::built_in_kind) {
-        return kBuiltIn;
+        return engine::kBuiltIn;
     }
     std::error_code ignored;
     if (!std::filesystem::is_directory(record.path, ignored)) {
@@ -139,9 +139,9 @@ ScannedDatabase::ScannedDatabase(const FoundRecord& found, const std::string& se
         throw InputError(
             fmt::format("{}, so nothing says which database {} is of; --database names it: a "
                         "directory, or {}",
-                        found.why_not, selection, kBuiltIn));
+                        found.why_not, selection, engine::kBuiltIn));
     }
-    database_ = open_database(option.empty() ? database_option(*record_) : option);
+    database_ = engine::open_database(option.empty() ? database_option(*record_) : option);
     if (!record_) {
         warnings_.push_back(fmt::format("{}: whether {} is what was scanned was not checked",
                                         found.why_not, database_->name()));

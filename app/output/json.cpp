@@ -1,4 +1,4 @@
-#include "app/output/describe.h"
+#include "app/output/json.h"
 
 #include <fmt/format.h>
 
@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "app/cli/terminal.h"
-#include "app/cli/version.h"
+#include "app/pipeline/version.h"
 #include "engine/base/file.h"
 #include "engine/base/hash.h"
 #include "scan/io/json_format.h"
@@ -91,9 +91,26 @@ std::string content_hash_of_file(const std::filesystem::path& path) {
     return hash.hexadecimal();
 }
 
+nlohmann::ordered_json view_json(const pipeline::SphereView& view) {
+    return {{"size", view.sphere.size},
+            {"field_of_view", view.sphere.field_of_view},
+            {"lights", view.sphere.lights},
+            {"exposure", view.exposure},
+            {"background", view.background},
+            {"encoding", view.encoding == pipeline::Encoding::gamma ? "gamma" : "srgb"}};
+}
+
 nlohmann::ordered_json program_json() {
     return {{"format", scan::json_format},
-            {"program", {{"name", "merl-scan"}, {"version", kVersion}}}};
+            {"program", {{"name", "merl-scan"}, {"version", pipeline::kVersion}}}};
+}
+
+nlohmann::ordered_json texts_json(const std::vector<std::pair<std::string, std::string>>& texts) {
+    auto object = nlohmann::ordered_json::object();
+    for (const auto& [name, text] : texts) {
+        object[as_utf8(name)] = as_utf8(text);
+    }
+    return object;
 }
 
 nlohmann::ordered_json texts_json(const std::vector<std::string>& texts) {

@@ -1,4 +1,4 @@
-#include "engine/database/material_check.h"
+#include "engine/database/damage.h"
 
 #include <gtest/gtest.h>
 
@@ -30,10 +30,10 @@ std::vector<double> whole() {
     return samples;
 }
 
-/// What MaterialCheck says of them, when they come in ranges of `step` voxels.
+/// What DamageCheck says of them, when they come in ranges of `step` voxels.
 std::string fault_of(const std::vector<double>& samples, std::uint64_t step = 1000) {
     const Domain domain(kGrid);
-    MaterialCheck check(kGrid);
+    DamageCheck check(kGrid);
     ContentHash hash(1);
     std::uint64_t negative = 0;
     for (std::uint64_t first = 0; first < kVoxels; first += step) {
@@ -73,7 +73,7 @@ void lose(std::vector<double>& samples, std::uint64_t from, std::uint64_t to) {
     }
 }
 
-TEST(MaterialCheck, AWholeMaterialHasNoFault) {
+TEST(DamageCheck, AWholeMaterialHasNoFault) {
     EXPECT_EQ(fault_of(whole()), "");
     EXPECT_EQ(fault_of(whole(), 77), "");
     EXPECT_EQ(fault_of(std::vector<double>(3 * kVoxels, 0.3)), "");  // a made-up diffuser
@@ -85,7 +85,7 @@ TEST(MaterialCheck, AWholeMaterialHasNoFault) {
     }
 }
 
-TEST(MaterialCheck, MaterialsThatAreZeroSomewhereHaveNoFault) {
+TEST(DamageCheck, MaterialsThatAreZeroSomewhereHaveNoFault) {
     // Clamped fits: a channel is zero over whole layers of theta_h, others are not.
     auto clamped = whole();
     const auto row = std::uint64_t{kGrid.phi_d} * kGrid.theta_d;
@@ -103,7 +103,7 @@ TEST(MaterialCheck, MaterialsThatAreZeroSomewhereHaveNoFault) {
     EXPECT_EQ(fault_of(grazing), "");
 }
 
-TEST(MaterialCheck, NothingMeasured) {
+TEST(DamageCheck, NothingMeasured) {
     expect_fault(std::vector<double>(3 * kVoxels, -1), "nothing above the horizon was measured");
     expect_fault(std::vector<double>(3 * kVoxels, 0), "no sample above the horizon is above zero");
     auto zeros = whole();
@@ -116,7 +116,7 @@ TEST(MaterialCheck, NothingMeasured) {
     expect_fault(mostly, "were not measured");
 }
 
-TEST(MaterialCheck, AChannelThatIsLost) {
+TEST(DamageCheck, AChannelThatIsLost) {
     for (std::size_t c = 0; c < 3; ++c) {
         const char* const names[] = {"red", "green", "blue"};
         for (const double value : {0.0, -1.0}) {
@@ -134,7 +134,7 @@ TEST(MaterialCheck, AChannelThatIsLost) {
     }
 }
 
-TEST(MaterialCheck, HolesOfPages) {
+TEST(DamageCheck, HolesOfPages) {
     const std::uint64_t end = 12 + 3 * kVoxels * sizeof(double);
     // Single pages anywhere in the file, and longer stretches.
     for (std::uint64_t page = 0; (page + 1) * 4096 < end; page += 7) {
@@ -154,7 +154,7 @@ TEST(MaterialCheck, HolesOfPages) {
     }
 }
 
-TEST(MaterialCheck, ATailThatWasNeverWritten) {
+TEST(DamageCheck, ATailThatWasNeverWritten) {
     // Whatever the byte is that the copy stopped at: below the horizon the others say "not
     // measured".
     const std::uint64_t end = 12 + 3 * kVoxels * sizeof(double);
@@ -168,7 +168,7 @@ TEST(MaterialCheck, ATailThatWasNeverWritten) {
     expect_fault(samples, "blue is nowhere above zero");
 }
 
-TEST(MaterialCheck, CopiesAreFound) {
+TEST(DamageCheck, CopiesAreFound) {
     const test::FunctionDatabase database({.theta_h = 6, .theta_d = 5, .phi_d = 4}, 4,
                                           [](std::size_t m, std::uint64_t v, std::size_t c) {
                                               return test::random_sample(m % 3, v, c);

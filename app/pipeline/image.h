@@ -1,12 +1,11 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
-#include <string>
-#include <string_view>
 #include <vector>
 
-namespace merl::app {
+namespace merl::pipeline {
 
 /// A float RGB image, rows from the top.
 struct Image {
@@ -25,21 +24,10 @@ struct Image {
     }
 };
 
-/// A file of 32-bit float OpenEXR, channels R, G and B, the values as they are, with a comment
-/// (UTF-8) unless that is empty.
-std::string exr_file(const Image& image, const std::string& comment = {});
-
-/// A file of 8-bit PNG, of values that are already encoded for display, clamped to [0, 1], with a
-/// comment (UTF-8) unless that is empty.
-std::string png_file(const Image& image, const std::string& comment = {});
-
-/// The comment of a PNG file, as png_file() writes it; empty if it has none.
-std::string png_comment(std::string_view file);
-
 /// The sRGB encoding (IEC 61966-2-1) of linear light in [0, 1]; beyond it is clamped.
 float srgb(float linear);
 
 /// The sRGB encoding of a grey whose CIE lightness L* is 100·value: equal steps look equal.
 float lightness(float value);
 
-}  // namespace merl::app
+}  // namespace merl::pipeline

@@ -1,0 +1,162 @@
+#include "app/commands/obtain_distances.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <utility>
+
+#include "app/cli/guard.h"
+#include "app/cli/options.h"
+#include "app/cli/terminal.h"
+#include "app/commands/open_metrics.h"
+#include "engine/base/error.h"
+#include "engine/database/open_database.h"
+
+namespace merl::app {
+namespace {
+
+/// The parts of a comma-separated list, in order. Throws Error (usage) when one is empty or occurs
+/// twice; `option` is the option's name in that.
+std::vector<std::string> split_list(const std::string& list, const std::string& option) {
+    std::vector<std::string> parts;
+    for (std::size_t begin = 0; begin <= list.size();) {
+        const std::size_t end = std::min(list.find(',', begin), list.size());
+        const std::string part = list.substr(begin, end - begin);
+        if (part.empty()) {
+            throw Error(Fault::usage,
+                        fmt::format("{}: found an empty name in \"{}\"; expected names separated "
+                                    "by commas",
+                                    option, list));
+        }
+        if (std::ranges::find(parts, part) != parts.end()) {
+            throw Error(
+                Fault::usage,
+                fmt::format("{}: found \"{}\" twice; expected different names", option, part));
+        }
+        parts.push_back(part);
+        begin = end + 1;
+    }
+    return parts;
+}
+
+void require_metrics(std::size_t found, const MetricNeeds& needs) {
+    if (found >= needs.least && found <= needs.most) {
+        return;
+    }
+    const auto expected = needs.least == needs.most ? fmt::format("{} metrics", needs.least)
+                          : found < needs.least     ? fmt::format("{} metrics or more", needs.least)
+                                                : fmt::format("{} metrics or fewer", needs.most);
+    throw Error(Fault::usage, fmt::format("--metrics: found {}; expected {}, like cwcbrt,pawcielab",
+                                          found, expected));
+}
+
+ObtainedDistances compute(const DistanceOptions& options, const MetricNeeds& needs,
+                          const pipeline::Control& control) {
+    ObtainedDistances result;
+    result.opened = open_metrics(
+        split_list(options.metrics.value_or(needs.from_database), "--metrics"), options.device);
+    for (const auto& metric : result.opened) {
+        result.metrics.push_back(&metric);
+    }
+    require_metrics(result.metrics.size(), needs);
+    result.database = engine::open_database(options.database);
+    try_device_where_limited([&] {
+        std::vector<std::string> warnings;
+        engine::Engines(options.device).share(result.metrics, warnings);
+    });
+    engine::Engines engines(options.device);
+    try {
+        result.distances = pipeline::compute_pair_distances(
+            engines, *result.database, result.metrics, options.memory, control);
+    } catch (const MemoryError& error) {
+        throw MemoryError(fmt::format("--memory: {}", error.what()));
+    }
+    return result;
+}
+
+ObtainedDistances read(const DistanceOptions& options, const MetricNeeds& needs,
+                       const pipeline::Control& control) {
+    const std::string metrics = options.metrics.value_or("all");
+    const auto columns =
+        metrics == "all" ? std::vector<std::string>() : split_list(metrics, "--metrics");
+    if (!columns.empty()) {
+        require_metrics(columns.size(), needs);
+    }
+    ObtainedDistances result;
+    result.distances = pipeline::read_pair_distances(options.distances, columns, control);
+    require_metrics(result.distances.table.metrics.size(), needs);
+    return result;
+}
+
+}  // namespace
+
+CLI::Option* add_distance_options(CLI::App& command, DistanceOptions& options,
+                                  const MetricNeeds& needs) {
+    auto* database = add_database_option(command, options.database);
+    auto* distances =
+        command
+            .add_option(
+                "--distances", options.distances,
+                "A CSV file of distances to use instead: material_a,material_b and a column "
+                "per metric")
+            ->transform(not_empty());
+    command.add_option("--metrics", options.metrics,
+                       fmt::format("Metrics, separated by commas, or all (default: {}); with "
+                                   "--distances its columns (default: all)",
+                                   needs.from_database));
+    auto* device =
+        command.add_option("--device", options.device,
+                           "host (this processor), or a Vulkan device by number or part of its "
+                           "name (default: a GPU if there is one, else the host)");
+    auto* memory =
+        command
+            .add_option("--memory", options.memory,
+                        "Bound on the memory of what is read and computed, like 512M or 2G")
+            ->transform(byte_count())
+            ->default_str("1G");
+    command.add_option("--threads", options.threads, "Processor threads (default: all)")
+        ->transform(whole_number(1, 4096));
+    for (auto* other : {database, device, memory}) {
+        distances->excludes(other);
+    }
+    return distances;
+}
+
+std::unique_ptr<tbb::global_control> limit_threads(unsigned threads) {
+    if (threads == 0) {
+        return nullptr;
+    }
+    // lavapipe computes on threads of its own; whoever bounds ours means those too.
+    ::setenv("LP_NUM_THREADS", std::to_string(threads).c_str(), 0);
+    return std::make_unique<tbb::global_control>(tbb::global_control::max_allowed_parallelism,
+                                                 threads);
+}
+
+ObtainedDistances obtain_distances(const DistanceOptions& options, const MetricNeeds& needs,
+                                   const pipeline::Control& control) {
+    auto result = options.distances.empty() ? compute(options, needs, control)
+                                            : read(options, needs, control);
+    std::ranges::for_each(result.distances.provenance.warnings, print_warning);
+    return result;
+}
+
+void warn(pipeline::PairDistances& distances, const std::string& text) {
+    print_warning(text);
+    distances.provenance.warnings.push_back(text);
+}
+
+void warn_if_all_are_zero(pipeline::PairDistances& distances, const std::string& metric,
+                          std::span<const double> values) {
+    if (std::ranges::all_of(values, [](double distance) { return distance == 0; })) {
+        warn(distances, fmt::format("all distances under {} are 0", metric));
+    }
+}
+
+void warn_if_all_are_zero(pipeline::PairDistances& distances) {
+    for (const auto& column : distances.table.metrics) {
+        warn_if_all_are_zero(distances, column.metric, column.values);
+    }
+}
+
+}  // namespace merl::app

@@ -1,0 +1,73 @@
+#pragma once
+
+#include <tbb/global_control.h>
+
+#include <CLI/CLI.hpp>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "app/cli/control.h"
+#include "app/pipeline/pair_distances.h"
+#include "engine/database/database.h"
+#include "engine/metric/metric.h"
+
+namespace merl::app {
+
+/// The options of every command that needs distances: where from, under which metrics, computed
+/// with what.
+struct DistanceOptions {
+    std::string database;                // as open_database() takes it
+    std::string distances;               // a table to read instead
+    std::optional<std::string> metrics;  // separated by commas, or "all"
+    std::string device;
+    std::uint64_t memory = 1ULL << 30U;
+    unsigned threads = 0;  // 0: as many as there are processors
+};
+
+/// The metrics that a command works with.
+struct MetricNeeds {
+    std::string from_database;  // what --metrics is without the option; a table gives all it has
+    std::size_t least = 1;
+    std::size_t most = 1000;
+};
+
+/// Adds --database, --distances, --metrics, --device, --memory and --threads to a command. Returns
+/// --distances.
+CLI::Option* add_distance_options(CLI::App& command, DistanceOptions& options,
+                                  const MetricNeeds& needs);
+
+/// Bounds the processor threads of the program, those of a device on the processor included, as
+/// long as the result lives; 0 is no bound.
+std::unique_ptr<tbb::global_control> limit_threads(unsigned threads);
+
+/// Distances, and what can recompute one: null and empty when a table was read.
+struct ObtainedDistances {
+    pipeline::PairDistances distances;
+    std::unique_ptr<engine::Database> database;
+    std::vector<engine::Metric> opened;
+    std::vector<const engine::Metric*> metrics;  // those opened, in order
+};
+
+/// Computes the distances, every material read once for all metrics, or reads the table. Prints
+/// warnings. Throws Error (usage when there are not as many metrics as needed, input, device) and
+/// Interrupted.
+ObtainedDistances obtain_distances(const DistanceOptions& options, const MetricNeeds& needs,
+                                   const pipeline::Control& control);
+
+/// Warns on standard error, and for summary.json.
+void warn(pipeline::PairDistances& distances, const std::string& text);
+
+/// Warns where all distances under a metric are 0, which is a mistake more often than it is true.
+/// For distances that are not to be refined any more: float32 may give 0 where float64 does not.
+void warn_if_all_are_zero(pipeline::PairDistances& distances, const std::string& metric,
+                          std::span<const double> values);
+
+/// The same for every metric of its table.
+void warn_if_all_are_zero(pipeline::PairDistances& distances);
+
+}  // namespace merl::app

@@ -1,0 +1,131 @@
+#include "app/output/provenance.h"
+
+#include <fmt/format.h>
+
+#include "app/cli/terminal.h"
+#include "app/output/json.h"
+#include "engine/distance/engines.h"
+
+namespace merl::app {
+namespace {
+
+using nlohmann::ordered_json;
+
+ordered_json database_json(const pipeline::DatabaseProvenance& database) {
+    ordered_json hashes = ordered_json::object();
+    ordered_json negative = ordered_json::object();
+    ordered_json negative_above = ordered_json::object();
+    for (const auto& material : database.materials) {
+        const std::string name = as_utf8(material.name);
+        negative[name] = material.negative;
+        negative_above[name] = material.negative_above_horizon;
+        hashes[name] = material.content_hash;
+    }
+    const auto& grid = database.grid;
+    return {
+        {"database",
+         {{"name", as_utf8(database.name)},
+          {"kind", database.kind},
+          {"path", database.path.empty() ? ordered_json() : ordered_json(as_utf8(database.path))},
+          {"content_hash", database.content_hash},
+          {"grid", {{"theta_h", grid.theta_h}, {"theta_d", grid.theta_d}, {"phi_d", grid.phi_d}}},
+          {"material_hashes", hashes}}},
+        {"samples_per_material", grid.voxels()},
+        {"samples_above_horizon", database.voxels},
+        {"negative_samples", negative},
+        {"negative_samples_above_horizon", negative_above}};
+}
+
+ordered_json metric_json(const pipeline::MetricProvenance& metric) {
+    if (!metric.is_computed) {
+        return {{"name", as_utf8(metric.name)}};
+    }
+    ordered_json parameters = ordered_json::object();
+    for (const auto& [name, value] : metric.parameters) {
+        parameters[name] = value;
+    }
+    return {{"name", as_utf8(metric.name)},       {"title", as_utf8(metric.title)},
+            {"formula", as_utf8(metric.formula)}, {"source", as_utf8(metric.source)},
+            {"note", as_utf8(metric.note)},       {"parameters", parameters}};
+}
+
+ordered_json engine_json(const pipeline::EngineProvenance& use) {
+    const auto text = [](const std::string& value) {
+        return value.empty() ? ordered_json() : ordered_json(value);
+    };
+    return {{"engine", use.engine.engine},       {"name", use.engine.name},
+            {"kind", use.engine.kind},           {"driver", text(use.engine.driver)},
+            {"vulkan", text(use.engine.vulkan)}, {"metrics", texts_json(use.metrics)},
+            {"peak_bytes", use.peak_bytes}};
+}
+
+}  // namespace
+
+ordered_json metrics_json(const pipeline::Provenance& provenance) {
+    ordered_json metrics = ordered_json::array();
+    for (const auto& metric : provenance.metrics) {
+        metrics.push_back(metric_json(metric));
+    }
+    return metrics;
+}
+
+ordered_json source_json(const pipeline::Provenance& provenance) {
+    if (provenance.database) {
+        return database_json(*provenance.database);
+    }
+    return {{"distances",
+             {{"file", as_utf8(provenance.table->file)},
+              {"content_hash", provenance.table->content_hash}}}};
+}
+
+ordered_json engines_json(const pipeline::Provenance& provenance) {
+    if (provenance.engines.empty()) {
+        return ordered_json::object();
+    }
+    ordered_json engines = ordered_json::array();
+    for (const auto& use : provenance.engines) {
+        engines.push_back(engine_json(use));
+    }
+    const auto& s = provenance.seconds;
+    return {{"engines", engines},
+            {"slabs", provenance.slabs},
+            {"distance_seconds",
+             {{"kernels", s.kernels},
+              {"reading", s.reading},
+              {"device_transform", s.transform},
+              {"difference", s.difference},
+              {"waiting", s.waiting},
+              {"adding", s.adding}}}};
+}
+
+Lines source_lines(const pipeline::PairDistances& distances) {
+    const auto materials = fmt::format("{}", fmt::group_digits(distances.table.materials()));
+    if (const auto& database = distances.provenance.database) {
+        return {{"database", fmt::format("{}, {}", database->name, database->kind)},
+                {"materials", fmt::format("{}, of {} samples each", materials,
+                                          fmt::group_digits(database->grid.voxels()))}};
+    }
+    return {{"distances", distances.provenance.table->file + ", taken as exact"},
+            {"materials", materials}};
+}
+
+Lines engine_lines(const pipeline::Provenance& provenance) {
+    Lines lines;
+    for (const auto& use : provenance.engines) {
+        lines.emplace_back("engine", fmt::format("{}: {}", engine_text(use.engine),
+                                                 counted(use.metrics.size(), "metric")));
+    }
+    return lines;
+}
+
+std::string engine_text(const engine::EngineDescription& engine) {
+    return engine.engine == engine::kHost
+               ? "host, this processor without Vulkan"
+               : fmt::format("vulkan, {} ({}), {}", engine.name, engine.kind, engine.driver);
+}
+
+std::string device_text(const device::DeviceInfo& device) {
+    return fmt::format("{} ({}), {}", device.name, device.kind, device.driver);
+}
+
+}  // namespace merl::app

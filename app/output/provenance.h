@@ -1,0 +1,35 @@
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "app/pipeline/pair_distances.h"
+#include "engine/device/context.h"
+
+namespace merl::app {
+
+// What results say of where distances are from: for machines, and for people.
+
+/// Per metric: its name, and of a computed one title, formula, source, note and parameters.
+nlohmann::ordered_json metrics_json(const pipeline::Provenance& provenance);
+
+/// What is known of the database or the table.
+nlohmann::ordered_json source_json(const pipeline::Provenance& provenance);
+
+/// Which engine computed what, and how long the parts took; nothing for a table.
+nlohmann::ordered_json engines_json(const pipeline::Provenance& provenance);
+
+/// The title and the text of a line each.
+using Lines = std::vector<std::pair<std::string, std::string>>;
+Lines source_lines(const pipeline::PairDistances& distances);
+Lines engine_lines(const pipeline::Provenance& provenance);
+
+/// "llvmpipe (LLVM 15.0.6, 256 bits) (CPU), llvmpipe (Mesa 22.3.6)", as a line says it.
+std::string engine_text(const engine::EngineDescription& engine);
+
+/// The same of the device that rendered spheres.
+std::string device_text(const device::DeviceInfo& device);
+
+}  // namespace merl::app

@@ -1,0 +1,48 @@
+#include "app/pipeline/metrics.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "engine/base/error.h"
+#include "engine/database/abc_database.h"
+#include "engine/distance/distances.h"
+#include "engine/metric/metric_kernels.h"
+
+namespace merl::pipeline {
+
+std::vector<engine::Metric> open_metrics(std::span<const std::string> texts) {
+    std::vector<engine::Metric> metrics;
+    for (const auto& text : texts) {
+        if (text == "all") {
+            const auto library = engine::metrics();
+            metrics.insert(metrics.end(), library.begin(), library.end());
+        } else {
+            metrics.push_back(engine::open_metric(text));
+        }
+    }
+    for (auto m = metrics.begin(); m != metrics.end(); ++m) {
+        const auto same = [&](const engine::Metric& other) { return other.name == m->name; };
+        if (const auto other = std::find_if(metrics.begin(), m, same); other != m) {
+            throw Error(Fault::usage, other->file == m->file
+                                          ? fmt::format("the metric {} is named twice", m->name)
+                                          : fmt::format("{} and {} would both be called {} in the "
+                                                        "results: rename one",
+                                                        other->file, m->file, m->name));
+        }
+    }
+    return metrics;
+}
+
+void try_metric(const engine::Metric& metric, const std::string& device) {
+    engine::compile_kernels(metric);  // what is wrong with the file comes before the device
+    const auto database =
+        engine::make_abc_database({.theta_h = 4, .theta_d = 4, .phi_d = 8},
+                                  "material\nmade-up matte,0.1,0.2,0.3,0,0,0,1,1,1.5\nmade-up "
+                                  "glossy,0.2,0.2,0.2,9,9,9,50,1,1.5\n");
+    const engine::Metric* const one[] = {&metric};
+    engine::Engines engines(device);
+    engine::compute_distances(engines, *database, one);
+}
+
+}  // namespace merl::pipeline

@@ -1,0 +1,87 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "app/pipeline/control.h"
+#include "engine/database/database.h"
+#include "engine/distance/distances.h"
+#include "engine/metric/metric.h"
+#include "scan/pairs/distance_table.h"
+
+namespace merl::pipeline {
+
+// The first step of everything: the distances of all pairs of materials, and where they are from.
+
+/// What is known of a material that was read.
+struct MaterialProvenance {
+    std::string name;
+    std::string content_hash;  // of its samples, without its name
+    std::uint64_t negative = 0;
+    std::uint64_t negative_above_horizon = 0;
+};
+
+struct DatabaseProvenance {
+    std::string name;
+    std::string kind;
+    std::string path;          // absolute; empty for one that is not in a file
+    std::string content_hash;  // of all materials
+    engine::Grid grid;
+    std::uint64_t voxels = 0;  // above the horizon
+    std::vector<MaterialProvenance> materials;
+};
+
+struct TableProvenance {
+    std::string file;
+    std::string content_hash;
+};
+
+struct MetricProvenance {
+    std::string name;
+    bool is_computed = true;  // otherwise only the name is known
+    std::string title = {}, formula = {}, source = {}, note = {};
+    std::vector<std::pair<std::string, double>> parameters = {};
+};
+
+struct EngineProvenance {
+    engine::EngineDescription engine;
+    std::vector<std::string> metrics;  // that it computed
+    std::uint64_t peak_bytes = 0;
+};
+
+/// Where distances are from: everything that a result has to say of it.
+struct Provenance {
+    std::string version;                         // of the program
+    std::optional<DatabaseProvenance> database;  // one of these two
+    std::optional<TableProvenance> table;
+    std::vector<MetricProvenance> metrics;
+    std::vector<EngineProvenance> engines;  // none for a table
+    std::uint64_t slabs = 0;
+    engine::DistanceSeconds seconds;
+    std::vector<std::string> warnings;  // one line each, for the user
+};
+
+struct PairDistances {
+    scan::DistanceTable table;  // bounds are empty for a table: its numbers count as exact
+    Provenance provenance;
+};
+
+/// Computes the distances of all pairs of a database under some metrics, each material read once.
+/// The stage is "distances". Throws Error, what compute_distances() of the engine throws, and
+/// Cancelled.
+PairDistances compute_pair_distances(engine::Engines& engines, const engine::Database& database,
+                                     std::span<const engine::Metric* const> metrics,
+                                     std::uint64_t memory_bytes = 1ULL << 30U,
+                                     const Control& control = {});
+
+/// Reads them from a CSV file (distance_table.h), all columns or those that are named. The stage is
+/// "reading". Throws InputError and Cancelled.
+PairDistances read_pair_distances(const std::string& file,
+                                  std::span<const std::string> columns = {},
+                                  const Control& control = {});
+
+}  // namespace merl::pipeline

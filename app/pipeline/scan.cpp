@@ -1,0 +1,75 @@
+#include "app/pipeline/scan.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <stdexcept>
+
+#include "engine/base/error.h"
+#include "engine/base/stopwatch.h"
+#include "scan/select/disagreements.h"
+#include "scan/select/selection.h"
+#include "scan/select/undecided.h"
+
+namespace merl::pipeline {
+namespace {
+
+std::vector<scan::Configuration> list_disagreements(const scan::Distances& distances,
+                                                    std::uint64_t counted,
+                                                    std::optional<std::uint64_t> wanted,
+                                                    const Control& control) {
+    const auto listed = std::min(wanted.value_or(counted), counted);
+    if (listed > scan::max_listed) {
+        throw TooManyDisagreements(fmt::format("{} disagreements are more than can be listed ({})",
+                                               listed, scan::max_listed));
+    }
+    const auto progress = control.stage("listing");
+    if (wanted) {
+        return scan::strongest_disagreements(distances, *wanted, progress);
+    }
+    auto all = scan::all_disagreements(distances, progress);
+    if (all.size() != counted) {
+        throw std::logic_error(
+            fmt::format("{} disagreements were counted and {} listed", counted, all.size()));
+    }
+    return all;
+}
+
+}  // namespace
+
+ScanResult scan_distances(const scan::DistanceTable& table, const engine::Database* database,
+                          std::span<const engine::Metric* const> metrics,
+                          const ScanOptions& options, const Control& control) {
+    ScanResult result;
+    Stopwatch watch;
+    auto& distances = result.distances;
+    distances = table.distances(0, 1);
+    result.undecided = scan::count_undecided(distances);
+    result.exact = !options.fast && std::ranges::all_of(metrics, &engine::Metric::has_twin);
+    for (const auto* metric : metrics) {
+        if (!metric->has_bound()) {
+            result.unbounded.push_back(metric->name);
+        }
+    }
+    if (result.exact && database != nullptr) {
+        // The strongest disagreement is shown, so at least one is selected.
+        result.refined = refine(distances, *database, {metrics[0], metrics[1]},
+                                std::max(1U, options.select), std::max(1U, options.per_material),
+                                options.memory_bytes, control.stage("refining"));
+    }
+    result.seconds.refine = watch.lap();
+    result.census = scan::count_disagreements(distances);
+    result.seconds.count = watch.lap();
+    result.selection = scan::select_configurations(distances, options.select, options.per_material);
+    if (const auto one = scan::strongest_disagreements(distances, 1); !one.empty()) {
+        result.strongest = one.front();
+    }
+    result.seconds.select = watch.lap();
+    control.update("listing", 0);
+    result.disagreements = list_disagreements(distances, result.census.counts.disagreements(),
+                                              options.disagreements, control);
+    result.seconds.list = watch.lap();
+    return result;
+}
+
+}  // namespace merl::pipeline

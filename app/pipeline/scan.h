@@ -1,0 +1,63 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "app/pipeline/control.h"
+#include "app/pipeline/pair_distances.h"
+#include "app/pipeline/refine.h"
+#include "engine/database/database.h"
+#include "engine/metric/metric.h"
+#include "scan/pairs/agreement.h"
+#include "scan/pairs/census.h"
+#include "scan/pairs/pairs.h"
+
+namespace merl::pipeline {
+
+struct ScanOptions {
+    std::uint32_t select = 100;                  // configurations for judges
+    std::uint32_t per_material = 10;             // in how many of them a material may take part
+    std::optional<std::uint64_t> disagreements;  // how many to list, the strongest; all without
+    bool fast = false;                           // do not refine
+    std::uint64_t memory_bytes = 1ULL << 30U;    // for refining
+};
+
+/// Wall-clock seconds of the stages, which follow each other.
+struct ScanSeconds {
+    double refine = 0;
+    double count = 0;
+    double select = 0;
+    double list = 0;
+};
+
+struct ScanResult {
+    scan::Distances distances;  // refined
+    Refined refined;
+    bool exact = false;                  // whether what float32 leaves open was refined
+    std::vector<std::string> unbounded;  // the metrics whose float32 distances have no bound
+    std::uint64_t undecided = 0;         // configurations that float32 leaves open, before refining
+    scan::Census census;
+    std::vector<scan::Configuration> selection;
+    std::vector<scan::Configuration> disagreements;  // that are listed
+    std::optional<scan::Configuration> strongest;
+    ScanSeconds seconds;
+};
+
+/// Where two metrics disagree: refines what float32 leaves open, counts, selects and lists. Takes
+/// the first two metrics of the table. `database` and `metrics` are those that it was computed
+/// from; null and empty for one that was read. The stages are "refining" and "listing". Throws
+/// TooManyDisagreements before it lists, what float64_distances() throws, and Cancelled.
+ScanResult scan_distances(const scan::DistanceTable& table, const engine::Database* database,
+                          std::span<const engine::Metric* const> metrics,
+                          const ScanOptions& options = {}, const Control& control = {});
+
+/// More disagreements are to be listed than can be.
+class TooManyDisagreements : public Error {
+  public:
+    explicit TooManyDisagreements(const std::string& message) : Error(Fault::usage, message) {}
+};
+
+}  // namespace merl::pipeline

@@ -1,0 +1,39 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "app/pipeline/control.h"
+#include "app/pipeline/pair_distances.h"
+#include "engine/database/database.h"
+#include "engine/metric/metric.h"
+#include "scan/score/judgements.h"
+#include "scan/score/score.h"
+
+namespace merl::pipeline {
+
+struct ScoreOptions {
+    scan::BootstrapOptions bootstrap = {};
+    std::uint64_t memory_bytes = 1ULL << 30U;  // for refining
+};
+
+struct ScoreResult {
+    scan::Judgements judgements;  // on the materials of the table
+    std::vector<std::uint64_t>
+        refined;  // distances recomputed in float64, by metric; none of a table
+    scan::Score score;
+    double refine_seconds = 0;
+    double score_seconds = 0;
+};
+
+/// How well distances predict judgements, after what float32 leaves open of that is refined in
+/// `table`. `database` and `metrics` are those that the table was computed from; null and empty for
+/// one that was read. The stages are "refining" and "scoring". Throws what resolve_judgements(),
+/// float64_distances() and scan::score() throw, and Cancelled.
+ScoreResult score_distances(scan::DistanceTable& table, const scan::JudgementFile& judgements,
+                            const engine::Database* database,
+                            std::span<const engine::Metric* const> metrics,
+                            const ScoreOptions& options = {}, const Control& control = {});
+
+}  // namespace merl::pipeline

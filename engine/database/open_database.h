@@ -1,0 +1,36 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "engine/database/database.h"
+
+namespace merl::engine {
+
+// Where databases are opened by name. To add a kind: write a class like merl_directory.cpp's or
+// abc_database.cpp's, and add a line to the table in open_database.cpp.
+
+/// What the built-in database is called.
+inline constexpr const char* kBuiltIn = "built-in";
+
+/// The database that `name` means: a path, kBuiltIn, or for the built-in one also nothing. Throws
+/// InputError when it cannot be used as a whole.
+std::unique_ptr<Database> open_database(const std::string& name);
+
+/// A material of a database that may be broken in part, and what opens it alone, as a database of
+/// one. That throws InputError when it is broken.
+struct MaterialSource {
+    std::string material;
+    std::function<std::unique_ptr<Database>()> open;
+};
+
+/// All materials of a database, also those that cannot be used. Throws InputError when there is
+/// nothing that could be one.
+std::vector<MaterialSource> list_database(const std::string& name);
+
+/// What open_database() takes, for people: "built-in, or a directory of ...".
+std::string database_help();
+
+}  // namespace merl::engine

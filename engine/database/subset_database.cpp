@@ -1,0 +1,35 @@
+#include "engine/database/subset_database.h"
+
+namespace merl::engine {
+namespace {
+
+class SubsetDatabase final : public Database {
+  public:
+    SubsetDatabase(std::shared_ptr<const Database> whole, std::vector<std::size_t> places)
+        : Database(whole->name(), whole->kind(), whole->path()),
+          whole_(std::move(whole)),
+          places_(std::move(places)) {
+        grid_ = whole_->grid();
+        for (const auto place : places_) {
+            materials_.push_back(whole_->materials().at(place));
+        }
+    }
+
+    void read(std::size_t material, VoxelRange range, std::span<double> samples,
+              const SampleSink& sink) const override {
+        whole_->read(places_.at(material), range, samples, sink);
+    }
+
+  private:
+    std::shared_ptr<const Database> whole_;
+    std::vector<std::size_t> places_;  // of the materials in the whole
+};
+
+}  // namespace
+
+std::unique_ptr<Database> make_subset(std::shared_ptr<const Database> whole,
+                                      std::vector<std::size_t> materials) {
+    return std::make_unique<SubsetDatabase>(std::move(whole), std::move(materials));
+}
+
+}  // namespace merl::engine
