@@ -11,21 +11,30 @@ namespace {
 
 using namespace engine;
 
+/// Memory that the engines held.
+std::uint64_t bytes_of(const DistanceResult& result) {
+    std::uint64_t bytes = 0;
+    for (const auto& use : result.engines) {
+        bytes += use.peak_bytes;
+    }
+    return bytes;
+}
+
 /// The distance stage: its wall-clock time, and as counters the seconds of its parts. `twins` are
 /// metrics with the same distances that have a float64 twin.
-void time_distances(benchmark::State& state, const std::string& name, device::Context& context,
+void time_distances(benchmark::State& state, const std::string& name, Engines& engines,
                     const Database& database, std::span<const Metric* const> metrics,
-                    std::span<const Metric* const> twins, const DistanceOptions& options = {}) {
+                    std::span<const Metric* const> twins) {
     const double error = check_once(name, [&] {
-        const auto result = compute_distances(context, database, metrics, options);
+        const auto result = compute_distances(engines, database, metrics);
         return check_distances(database, twins, result.distances);
     });
     DistanceSeconds sum;
     double work = 0;  // pairs times voxels
     std::uint64_t bytes = 0;
     for ([[maybe_unused]] auto _ : state) {
-        const auto result = compute_distances(context, database, metrics, options);
-        bytes = context.peak_allocated_bytes() + result.host_bytes;
+        const auto result = compute_distances(engines, database, metrics);
+        bytes = bytes_of(result);
         sum.kernels += result.seconds.kernels;
         sum.reading += result.seconds.reading;
         sum.transform += result.seconds.transform;
@@ -60,12 +69,11 @@ Grid coarse_grid(std::uint32_t divisor) {
 /// Computes within a budget that nothing but small slabs keeps, on the host and in shaders.
 void check_memory(const Database& database) {
     constexpr std::uint64_t kBudget = 48ULL << 20U;
-    for (const bool shaders_only : {false, true}) {
+    for (const auto use : {Engines::Use::rest, Engines::Use::everything}) {
         device::Context context({.device = settings().device});
-        const auto result =
-            compute_distances(context, database, two_metrics(),
-                              {.memory_bytes = kBudget, .shaders_only = shaders_only});
-        const auto bytes = context.peak_allocated_bytes() + result.host_bytes;
+        Engines engines(context, use);
+        const auto bytes = bytes_of(
+            compute_distances(engines, database, two_metrics(), {.memory_bytes = kBudget}));
         require(bytes <= kBudget,
                 fmt::format("{}: slabs of {} bytes, allowed {}", database.name(), bytes, kBudget));
     }
@@ -79,7 +87,7 @@ void time_scale(benchmark::State& state, const std::string& name, std::size_t ma
     // More voxels for few materials: the work of the pairs should be more than what surrounds it.
     const std::uint32_t divisor = materials <= 100 ? 2 : 3;
     const BlendedDatabase database(*make_abc_database(coarse_grid(divisor)), materials);
-    device::Context own({.device = settings().device});  // whose memory nothing else has used
+    Engines own;
     time_distances(state, name, own, database, two_metrics(), two_metrics());
     const double budget = static_cast<double>(DistanceOptions().memory_bytes) / 0x1p20;
     require(state.counters["slabs_MiB"] <= budget,
@@ -123,37 +131,35 @@ void add_variants() {
             add(name, [name, metric, kind = variant](benchmark::State& state) {
                 const Metric chosen = variant_of(*metric, kind);
                 const Metric* const pointer = &chosen;
-                time_distances(state, name, context(), *make_abc_database(coarse_grid(3)),
-                               {&pointer, 1}, {&metric, 1},
-                               {.shaders_only = kind != Variant::library});
+                time_distances(state, name, kind == Variant::library ? engines() : shader_engines(),
+                               *make_abc_database(coarse_grid(3)), {&pointer, 1}, {&metric, 1});
             }).Iterations(1);
         }
     }
 }
 
-void add_stage(const std::string& name, std::vector<const Metric*> metrics,
-               const DistanceOptions& options = {}) {
-    add(name, [=](benchmark::State& state) {
-        time_distances(state, name, context(), database(), metrics, metrics, options);
+void add_stage(const std::string& name, std::vector<const Metric*> metrics, Engines& engines) {
+    add(name, [=, &engines](benchmark::State& state) {
+        time_distances(state, name, engines, database(), metrics, metrics);
     }).Iterations(1);
 }
 
 }  // namespace
 
 void add_distances() {
-    add_stage("distances/both", {two_metrics()[0], two_metrics()[1]});
-    add_stage("distances/shaders", {two_metrics()[0], two_metrics()[1]}, {.shaders_only = true});
+    add_stage("distances/both", {two_metrics()[0], two_metrics()[1]}, engines());
+    add_stage("distances/shaders", {two_metrics()[0], two_metrics()[1]}, shader_engines());
     add_variants();
     if (settings().check) {
         return;  // the tests of the engine hold every metric to float64
     }
     for (const auto* metric : two_metrics()) {
-        add_stage("distances/" + metric->name, {metric});
+        add_stage("distances/" + metric->name, {metric}, engines());
     }
     for (const auto& metric : metrics()) {
         const auto name = "library/" + metric.name;
         add(name, [name, pointer = &metric](benchmark::State& state) {
-            time_distances(state, name, context(), *make_abc_database(coarse_grid(3)),
+            time_distances(state, name, engines(), *make_abc_database(coarse_grid(3)),
                            {&pointer, 1}, {&pointer, 1});
         }).Iterations(1);
     }

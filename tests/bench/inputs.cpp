@@ -19,8 +19,21 @@ using engine::Database;
 using engine::Metric;
 
 device::Context& context() {
+    device::widen_lavapipe();
     static device::Context context({.device = settings().device});
     return context;
+}
+
+engine::Engines& engines() {
+    static engine::Engines engines(context(), context().limits().is_host
+                                                  ? engine::Engines::Use::rest
+                                                  : engine::Engines::Use::everything);
+    return engines;
+}
+
+engine::Engines& shader_engines() {
+    static engine::Engines engines(context());
+    return engines;
 }
 
 const Database& database() {
@@ -43,7 +56,7 @@ const std::array<const Metric*, 2>& two_metrics() {
 
 const scan::Distances& device_distances() {
     static const scan::Distances distances = [] {
-        auto computed = engine::compute_distances(context(), database(), two_metrics());
+        auto computed = engine::compute_distances(engines(), database(), two_metrics());
         return scan::Distances{.names = database().materials(),
                                .first_metric = two_metrics()[0]->name,
                                .second_metric = two_metrics()[1]->name,
@@ -58,7 +71,7 @@ const scan::Distances& device_distances() {
 const scan::Distances& exact_distances() {
     static const scan::Distances distances = [] {
         auto refined = device_distances();
-        app::refine(refined, database(), two_metrics(), 100, 10, 1ULL << 30U, {});
+        pipeline::refine(refined, database(), two_metrics(), 100, 10, 1ULL << 30U, {});
         return refined;
     }();
     return distances;

@@ -19,6 +19,10 @@ namespace merl::bench {
 
 device::Context& context();
 
+/// As the rule has it with that device, and its shaders for everything.
+engine::Engines& engines();
+engine::Engines& shader_engines();
+
 /// The database of the settings; for --check a small part of the built-in one.
 const engine::Database& database();
 

@@ -71,11 +71,11 @@ void time_refine(benchmark::State& state) {
         }
         return 0;
     });
-    app::Refined refined;
+    pipeline::Refined refined;
     for ([[maybe_unused]] auto _ : state) {
         auto distances = device_distances();
-        refined = app::refine(distances, database(), two_metrics(), kSelect, kPerMaterial,
-                              1ULL << 30U, {});
+        refined = pipeline::refine(distances, database(), two_metrics(), kSelect, kPerMaterial,
+                                   1ULL << 30U, {});
     }
     state.counters["refined"] = static_cast<double>(refined.first + refined.second);
 }

@@ -28,8 +28,19 @@ std::vector<std::string> material_names(std::size_t materials) {
 }  // namespace
 
 device::Context& lavapipe() {
+    device::widen_lavapipe();
     static device::Context context({.device = "llvmpipe"});
     return context;
+}
+
+engine::Engines& host_engines() {
+    static engine::Engines engines(lavapipe(), engine::Engines::Use::rest);
+    return engines;
+}
+
+engine::Engines& shader_engines() {
+    static engine::Engines engines(lavapipe());
+    return engines;
 }
 
 device::Context& lavapipe_with_staging() {

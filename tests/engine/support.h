@@ -7,6 +7,7 @@
 
 #include "engine/database/memory_database.h"
 #include "engine/device/context.h"
+#include "engine/distance/engines.h"
 #include "engine/metric/metric.h"
 
 namespace merl::test {
@@ -16,6 +17,14 @@ device::Context& lavapipe();
 
 /// The same device, but every copy goes through staging buffers, as on a discrete GPU.
 device::Context& lavapipe_with_staging();
+
+/// Where distances are computed: by the host engine, with lavapipe for what it cannot do well; or
+/// all of it in lavapipe's shaders.
+engine::Engines& host_engines();
+engine::Engines& shader_engines();
+inline engine::Engines& engines(bool in_shaders) {
+    return in_shaders ? shader_engines() : host_engines();
+}
 
 /// A database whose samples come from a function of material, file index and channel.
 class FunctionDatabase final : public engine::MemoryDatabase {

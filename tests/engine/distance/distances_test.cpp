@@ -41,24 +41,20 @@ std::vector<MaterialPair> all_pairs(std::size_t materials) {
     return pairs;
 }
 
-/// Distances of shaders and of the host against the float64 twins, at sizes that divide nothing.
-void expect_as_reference(device::Context& context, const Grid& grid, std::size_t materials,
+/// Distances against the float64 twins, at sizes that divide nothing.
+void expect_as_reference(Engines& engines, const Grid& grid, std::size_t materials,
                          VoxelSet voxels) {
     const FunctionDatabase database(grid, materials, test::random_sample);
     const auto chosen = some_metrics(voxels);
     const auto pairs = all_pairs(materials);
-    for (const bool shaders_only : {false, true}) {
-        const auto result = compute_distances(context, database, chosen,
-                                              {.voxels = voxels, .shaders_only = shaders_only});
-        EXPECT_NE(result.plan.on_host(*chosen[0]), shaders_only);
-        for (std::size_t m = 0; m < chosen.size(); ++m) {
-            const auto expected = float64_distances(database, *chosen[m], pairs, voxels);
-            ASSERT_EQ(result.distances[m].values.size(), pairs.size());
-            for (std::size_t p = 0; p < pairs.size(); ++p) {
-                EXPECT_NEAR(result.distances[m].values[p] / expected[p], 1, 2e-6)
-                    << chosen[m]->name << " " << pairs[p].first << " " << pairs[p].second << " of "
-                    << materials << ", " << grid.text() << (shaders_only ? ", shaders" : "");
-            }
+    const auto result = compute_distances(engines, database, chosen, {.voxels = voxels});
+    for (std::size_t m = 0; m < chosen.size(); ++m) {
+        const auto expected = float64_distances(database, *chosen[m], pairs, voxels);
+        ASSERT_EQ(result.distances[m].values.size(), pairs.size());
+        for (std::size_t p = 0; p < pairs.size(); ++p) {
+            EXPECT_NEAR(result.distances[m].values[p] / expected[p], 1, 2e-6)
+                << chosen[m]->name << " " << pairs[p].first << " " << pairs[p].second << " of "
+                << materials << ", " << grid.text() << ", " << result.engines.front().engine.engine;
         }
     }
 }
@@ -69,8 +65,10 @@ TEST(Distances, AgreeWithTheReferenceAtAwkwardSizes) {
         .theta_h = 13, .theta_d = 11, .phi_d = 17};  // several blocks, the last cut
     for (const auto voxels : {VoxelSet::above_horizon, VoxelSet::all}) {
         for (const std::size_t materials : {2, 10, 13, 21}) {
-            expect_as_reference(test::lavapipe(), small, materials, voxels);
-            expect_as_reference(test::lavapipe(), middle, materials, voxels);
+            for (const bool in_shaders : {false, true}) {
+                expect_as_reference(test::engines(in_shaders), small, materials, voxels);
+                expect_as_reference(test::engines(in_shaders), middle, materials, voxels);
+            }
         }
     }
 }
@@ -81,11 +79,8 @@ Metric without_twin(Metric metric) {
     return metric;
 }
 
-/// What computes: all of it the host, grids only, or nothing.
-enum class Way { host, host_grids, device };
-
-/// Of the whole library.
-void expect_library_as_reference(Way way) {
+/// Of the whole library, or of copies of it as users' files.
+void expect_library_as_reference(Engines& engines, bool of_a_user = false) {
     const auto database = make_abc_database({.theta_h = 12, .theta_d = 11, .phi_d = 23});
     std::vector<Metric> library(metrics().begin(), metrics().end());
     library.push_back(open_metric("sun-log2:epsilon=0.5"));
@@ -93,13 +88,12 @@ void expect_library_as_reference(Way way) {
     std::vector<Metric> computed;
     std::vector<const Metric*> chosen;
     for (const auto& metric : library) {
-        computed.push_back(way == Way::device ? without_twin(metric) : metric);
+        computed.push_back(of_a_user ? without_twin(metric) : metric);
     }
     for (const auto& metric : computed) {
         chosen.push_back(&metric);
     }
-    const auto result = compute_distances(test::lavapipe(), *database, chosen,
-                                          {.shaders_only = way == Way::host_grids});
+    const auto result = compute_distances(engines, *database, chosen);
     const auto pairs = all_pairs(100);
     std::vector<MaterialPair> some;
     for (std::size_t p = 0; p < pairs.size(); p += 97) {
@@ -116,69 +110,113 @@ void expect_library_as_reference(Way way) {
     }
 }
 
-TEST(Distances, OfTheWholeLibraryAgreeWithItsTwins) {
-    expect_library_as_reference(Way::host);
+TEST(Distances, OfTheWholeLibraryAgreeWithItsTwinsOnTheHost) {
+    Engines host(kHost);
+    expect_library_as_reference(host);
 }
 
 TEST(Distances, OfTheWholeLibraryAgreeWithItsTwinsInShaders) {
-    expect_library_as_reference(Way::host_grids);
+    expect_library_as_reference(test::shader_engines());
 }
 
-TEST(Distances, OfTheWholeLibraryAgreeWithItsTwinsWhenTheDeviceMakesTheGrids) {
-    expect_library_as_reference(Way::device);
+TEST(Distances, OfTheWholeLibraryAgreeWithItsTwinsAsUsersFiles) {
+    expect_library_as_reference(test::host_engines(), true);
+}
+
+TEST(Distances, OfAMetricWithoutADegreeAreThoseOfFloat64OnTheHost) {
+    const FunctionDatabase database({.theta_h = 13, .theta_d = 11, .phi_d = 17}, 9,
+                                    test::random_sample);
+    const auto& metric = find_metric("paw-ciede2000");
+    const Metric* const one[] = {&metric};
+    Engines host(kHost);
+    for (const std::uint64_t memory : {3'000'000U, 100'000'000U}) {
+        const auto result = compute_distances(host, database, one, {.memory_bytes = memory});
+        EXPECT_EQ(result.distances[0].values, float64_distances(database, metric, all_pairs(9)));
+        EXPECT_EQ(result.distances[0].bounds, std::vector<double>(36, 0.0));
+        ASSERT_EQ(result.warnings.size(), 1U);
+        EXPECT_NE(result.warnings[0].find("paw-ciede2000"), std::string::npos);
+    }
+}
+
+TEST(Engines, ShareByTheRule) {
+    const auto user = without_twin(find_metric("rmse"));
+    const std::vector<const Metric*> metrics = {
+        &find_metric("cwcbrt"), &user, &find_metric("paw-ciede2000"), &find_metric("rmse")};
+    std::vector<std::string> warnings;
+    const auto by_rule = test::host_engines().share(metrics, warnings);
+    ASSERT_EQ(by_rule.size(), 2U);
+    EXPECT_EQ(by_rule[0].engine->description().engine, "vulkan");
+    EXPECT_EQ(by_rule[0].metrics, (std::vector<std::size_t>{1, 2}));
+    EXPECT_EQ(by_rule[1].engine->description().engine, "host");
+    EXPECT_EQ(by_rule[1].metrics, (std::vector<std::size_t>{0, 3}));
+    const auto on_device = test::shader_engines().share(metrics, warnings);
+    ASSERT_EQ(on_device.size(), 1U);
+    EXPECT_EQ(on_device[0].metrics.size(), 4U);
+    EXPECT_TRUE(warnings.empty());
+    Engines host(kHost);
+    try {
+        host.share(metrics, warnings);
+        FAIL();
+    } catch (const Error& error) {
+        EXPECT_EQ(error.fault(), Fault::usage);
+        EXPECT_NE(std::string(error.what()).find(user.file), std::string::npos) << error.what();
+    }
 }
 
 TEST(Distances, AgreeWithTheReferenceThroughStagingBuffers) {
-    expect_as_reference(test::lavapipe_with_staging(), {.theta_h = 13, .theta_d = 11, .phi_d = 17},
-                        13, VoxelSet::above_horizon);
+    Engines staging(test::lavapipe_with_staging());
+    expect_as_reference(staging, {.theta_h = 13, .theta_d = 11, .phi_d = 17}, 13,
+                        VoxelSet::above_horizon);
 }
 
 TEST(Distances, ASingleVoxelIsEnough) {
-    expect_as_reference(test::lavapipe(), {.theta_h = 1, .theta_d = 1, .phi_d = 1}, 2,
-                        VoxelSet::all);
+    for (const bool in_shaders : {false, true}) {
+        expect_as_reference(test::engines(in_shaders), {.theta_h = 1, .theta_d = 1, .phi_d = 1}, 2,
+                            VoxelSet::all);
+    }
 }
 
 TEST(Distances, DoNotDependOnSlabSizeStagingOrThreads) {
-    const FunctionDatabase database({.theta_h = 30, .theta_d = 20, .phi_d = 24}, 13,
+    const FunctionDatabase database({.theta_h = 40, .theta_d = 30, .phi_d = 36}, 13,
                                     test::random_sample);
     auto chosen = some_metrics();
     const Metric of_a_user = without_twin(find_metric("cwcbrt"));
     chosen.push_back(&of_a_user);
-    for (const bool shaders_only : {false, true}) {
-        const auto whole =
-            compute_distances(test::lavapipe(), database, chosen, {.shaders_only = shaders_only});
-        ASSERT_GT(whole.plan.slabs, 1U);
-        for (const std::uint64_t memory : {6'000'000U, 9'000'000U}) {
+    for (const auto use : {Engines::Use::rest, Engines::Use::everything}) {
+        Engines mapped(test::lavapipe(), use);
+        Engines staging(test::lavapipe_with_staging(), use);
+        const auto whole = compute_distances(mapped, database, chosen);
+        ASSERT_GT(whole.slabs, 1U);
+        EXPECT_EQ(whole.engines.size(), use == Engines::Use::rest ? 2U : 1U);
+        for (const std::uint64_t memory : {8'000'000U, 10'000'000U}) {
             for (const std::size_t threads : {1U, 2U, 5U}) {
                 const tbb::global_control control(tbb::global_control::max_allowed_parallelism,
                                                   threads);
-                auto& context = threads == 2 ? test::lavapipe_with_staging() : test::lavapipe();
-                const auto cut =
-                    compute_distances(context, database, chosen,
-                                      {.memory_bytes = memory, .shaders_only = shaders_only});
-                EXPECT_NE(cut.plan.slabs, whole.plan.slabs);
+                const auto cut = compute_distances(threads == 2 ? staging : mapped, database,
+                                                   chosen, {.memory_bytes = memory});
+                EXPECT_NE(cut.slabs, whole.slabs);
                 EXPECT_EQ(cut.distances, whole.distances) << memory;
                 EXPECT_EQ(cut.content_hash, whole.content_hash);
-                EXPECT_LE(cut.plan.device_bytes + cut.plan.host_bytes, memory);
-                EXPECT_EQ(cut.host_bytes, cut.plan.host_bytes);
             }
         }
     }
 }
 
-TEST(Distances, StayWithinTheMemoryTheyPlanned) {
-    device::Context context({.device = "llvmpipe"});
+TEST(Distances, StayWithinTheMemoryTheyMayTake) {
+    constexpr std::uint64_t kMemory = 10'000'000;
     const FunctionDatabase database({.theta_h = 30, .theta_d = 20, .phi_d = 24}, 30,
                                     test::random_sample);
-    for (const bool shaders_only : {false, true}) {
+    for (const auto use : {Engines::Use::rest, Engines::Use::everything}) {
+        device::Context context({.device = "llvmpipe"});
+        Engines engines(context, use);
         const auto result =
-            compute_distances(context, database, some_metrics(),
-                              {.memory_bytes = 8'000'000, .shaders_only = shaders_only});
-        EXPECT_LE(result.plan.device_bytes + result.plan.host_bytes, 8'000'000U);
-        EXPECT_EQ(result.host_bytes, result.plan.host_bytes);
-        EXPECT_EQ(result.host_bytes == 0, shaders_only);
-        EXPECT_LE(context.peak_allocated_bytes(),
-                  result.plan.device_bytes + 64 * 1024);  // alignment
+            compute_distances(engines, database, some_metrics(), {.memory_bytes = kMemory});
+        std::uint64_t bytes = 0;
+        for (const auto& engine : result.engines) {
+            EXPECT_GT(engine.peak_bytes, 0U);
+            bytes += engine.peak_bytes;
+        }
+        EXPECT_LE(bytes, kMemory + 64 * 1024);  // alignment
         EXPECT_EQ(context.allocated_bytes(), 0U);
     }
 }
@@ -193,9 +231,8 @@ TEST(Distances, OfOneMaterialWithItselfAreZero) {
     for (const auto& metric : metrics()) {
         all.push_back(&metric);
     }
-    for (const bool shaders_only : {false, true}) {
-        const auto result =
-            compute_distances(test::lavapipe(), database, all, {.shaders_only = shaders_only});
+    for (const bool in_shaders : {false, true}) {
+        const auto result = compute_distances(test::engines(in_shaders), database, all);
         for (std::size_t m = 0; m < all.size(); ++m) {
             const auto& d = result.distances[m].values;
             EXPECT_EQ(d[2], 0) << all[m]->name;     // 1 and its copy
@@ -213,8 +250,8 @@ TEST(Distances, OfTwoConstantMaterialsHaveAClosedForm) {
                                         return material == 0 ? 0.0 : 100.0;
                                     });
     const Metric* const one[] = {&find_metric("pawcielab")};
-    EXPECT_NEAR(compute_distances(test::lavapipe(), database, one).distances[0].values[0], 88.6257,
-                1e-4);
+    EXPECT_NEAR(compute_distances(test::host_engines(), database, one).distances[0].values[0],
+                88.6257, 1e-4);
 }
 
 TEST(Distances, NegativeSamplesCountAsZeroAndAreCounted) {
@@ -228,8 +265,8 @@ TEST(Distances, NegativeSamplesCountAsZeroAndAreCounted) {
             });
     };
     const auto chosen = some_metrics();
-    const auto holes = compute_distances(test::lavapipe(), with(-1), chosen);
-    const auto zeros = compute_distances(test::lavapipe(), with(0), chosen);
+    const auto holes = compute_distances(test::host_engines(), with(-1), chosen);
+    const auto zeros = compute_distances(test::host_engines(), with(0), chosen);
     EXPECT_EQ(holes.distances, zeros.distances);
     EXPECT_EQ(holes.counts[0].negative, 0U);
     EXPECT_EQ(holes.counts[1].negative, 31U);  // multiples of 7 below 216
@@ -242,7 +279,7 @@ TEST(Distances, TheDeviceIsTimedHoweverManyMetricsThereAre) {
     const FunctionDatabase database({.theta_h = 13, .theta_d = 11, .phi_d = 17}, 5,
                                     test::random_sample);
     const std::vector<const Metric*> many(17, &find_metric("rmse"));
-    const auto result = compute_distances(test::lavapipe(), database, many, {.shaders_only = true});
+    const auto result = compute_distances(test::shader_engines(), database, many);
     EXPECT_GT(result.seconds.difference, 0);
     EXPECT_GT(result.seconds.transform, 0);
 }
@@ -252,16 +289,16 @@ TEST(Distances, ProgressReachesOneAndItsExceptionEndsTheWork) {
                                     test::random_sample);
     const Metric* const one[] = {&find_metric("rmse")};
     double last = 0;
-    compute_distances(test::lavapipe(), database, one, {.progress = [&](double share) {
+    compute_distances(test::host_engines(), database, one, {.progress = [&](double share) {
                           EXPECT_GT(share, last);
                           last = share;
                       }});
     EXPECT_DOUBLE_EQ(last, 1);
     EXPECT_THROW(
-        compute_distances(test::lavapipe(), database, one,
+        compute_distances(test::host_engines(), database, one,
                           {.progress = [](double) { throw std::runtime_error("enough"); }}),
         std::runtime_error);
-    EXPECT_EQ(compute_distances(test::lavapipe(), database, one).distances[0].values.size(),
+    EXPECT_EQ(compute_distances(test::host_engines(), database, one).distances[0].values.size(),
               3U);  // still works
 }
 
@@ -283,14 +320,14 @@ TEST(Distances, WarnOfAMaterialThatDiffersFromItself) {
                         "    return distance(a, b) + (min(a.x, b.x) > 1000.0 ? 0.25 : 0.0);\n}\n");
     bad.name = "bad.glsl";
     const Metric* const both[] = {&good, &bad};
-    const auto result = compute_distances(test::lavapipe(), database, both);
+    const auto result = compute_distances(test::host_engines(), database, both);
     ASSERT_EQ(result.warnings.size(), 1U);
     for (const char* part :
          {"bad.glsl: difference(a, a) is 0.25", "at voxel 37 ", "material \"material-0011\""}) {
         EXPECT_NE(result.warnings[0].find(part), std::string::npos) << result.warnings[0];
     }
     const Metric* const one[] = {&good};
-    EXPECT_TRUE(compute_distances(test::lavapipe(), database, one).warnings.empty());
+    EXPECT_TRUE(compute_distances(test::host_engines(), database, one).warnings.empty());
 }
 
 }  // namespace

@@ -42,9 +42,8 @@ void expect_bounds_hold(const Database& database,
         }
     }
     const auto exact = float64_distances(database, requests);
-    for (const bool shaders_only : {false, true}) {
-        const auto result =
-            compute_distances(test::lavapipe(), database, chosen, {.shaders_only = shaders_only});
+    for (const bool in_shaders : {false, true}) {
+        const auto result = compute_distances(test::engines(in_shaders), database, chosen);
         for (std::size_t m = 0; m < chosen.size(); ++m) {
             for (std::size_t p = 0; p < exact[m].size(); ++p) {
                 const auto [i, j] = requests[m].pairs[p];
@@ -52,7 +51,7 @@ void expect_bounds_hold(const Database& database,
                 EXPECT_TRUE(std::isfinite(result.distances[m].bounds[p]));
                 EXPECT_NEAR(result.distances[m].values[p], exact[m][p],
                             result.distances[m].bounds[p] + 1e-13 * exact[m][p])
-                    << chosen[m]->name << " " << i << " " << j << (shaders_only ? ", shaders" : "");
+                    << chosen[m]->name << " " << i << " " << j << (in_shaders ? ", shaders" : "");
             }
         }
     }
@@ -84,12 +83,11 @@ TEST(ErrorBound, HoldsForHugeTinyAndBlackMaterials) {
         }));
 }
 
-void expect_golden_distances(bool shaders_only) {
+void expect_golden_distances(bool in_shaders) {
     // Against the independent float64 table, which has 14 to 15 digits.
     const auto database = make_abc_database();
     const Metric* const chosen[] = {&find_metric("cwcbrt"), &find_metric("pawcielab")};
-    const auto result =
-        compute_distances(test::lavapipe(), *database, chosen, {.shaders_only = shaders_only});
+    const auto result = compute_distances(test::engines(in_shaders), *database, chosen);
     std::ifstream file(MERL_GOLDEN_CSV);
     std::string line;
     std::getline(file, line);
@@ -121,7 +119,7 @@ TEST(ErrorBound, IsUnknownWithoutADegree) {
     const test::FunctionDatabase database({.theta_h = 5, .theta_d = 5, .phi_d = 5}, 3,
                                           test::random_sample);
     const Metric* const one[] = {&framework_test_metrics()[0]};
-    const auto result = compute_distances(test::lavapipe(), database, one);
+    const auto result = compute_distances(test::host_engines(), database, one);
     for (const double bound : result.distances[0].bounds) {
         EXPECT_TRUE(std::isinf(bound));
     }
