@@ -19,9 +19,11 @@ class Devices(Case):
         self.assertRegex(output, r"(?m)^0: llvmpipe .*\n   CPU, Vulkan 1\.\d+.*\n   can be used: ")
 
     def test_choice_by_number_or_part_of_the_name(self):
-        for choice in "0", "llvmpipe", "LLVM", "":
+        for choice in "0", "llvmpipe", "LLVM":
             results = self.scan("--database", "db", "--device", choice, out=f"out-{choice}")
-            self.assertIn("llvmpipe", read_json(results / "summary.json")["device"]["name"])
+            (use,) = read_json(results / "summary.json")["engines"]
+            self.assertEqual(use["engine"], "vulkan")
+            self.assertIn("llvmpipe", use["name"])
 
     def test_unknown_device(self):
         for choice in "GeForce", "1", "-1", "00", "99999999999999999999":
@@ -31,13 +33,11 @@ class Devices(Case):
 
     def test_no_driver(self):
         words = ["no Vulkan driver", "VK_DRIVER_FILES", "unset it"]
-        self.assert_device_refused(words, **NO_DRIVER)
         self.assert_device_refused(words, "--device", "0", **NO_DRIVER)
-        self.assert_refused(DEVICE, words, "verify", **NO_DRIVER)
-        result = self.run_program("devices", **NO_DRIVER)
-        self.assertEqual(result.returncode, DEVICE)
+        output = self.assert_success("devices", **NO_DRIVER)
+        self.assertTrue(output.startswith("host: "), output)
         for word in words:
-            self.assertIn(word, self.only_line(result.stdout + result.stderr))
+            self.assertIn(word, output.splitlines()[-1])
 
     def test_no_device_is_needed_for_files_and_images(self):
         self.assert_success("database", "info", "db", **NO_DRIVER)

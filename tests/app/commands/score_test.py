@@ -316,7 +316,7 @@ class Database(Case):
         self.assertEqual(summary["database"]["kind"], "MERL directory")
         self.assertGreaterEqual(len(summary["metrics"]), 4)  # all that there are
         self.assertEqual(summary["bootstrap"]["clusters"], 2)
-        self.assertIn("name", summary["device"])
+        self.assertTrue(summary["engines"])
 
 
 if __name__ == "__main__":
