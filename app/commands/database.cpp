@@ -141,9 +141,8 @@ auto share_of(Progress& progress, std::size_t material, std::size_t count) {
 }
 
 int info(const Options& options) {
-    const auto sources = engine::list_database(options.path);
-    print_line(fmt::format("{}: {} material{}",
-                           options.path.empty() ? engine::kBuiltIn : options.path, sources.size(),
+    const auto [name, sources] = engine::list_database(options.path);
+    print_line(fmt::format("{}: {} material{}", name, sources.size(),
                            sources.size() == 1 ? "" : "s"));
     print_heading();
     std::size_t bad = 0;

@@ -12,6 +12,7 @@
 #include "app/commands/open_metrics.h"
 #include "engine/base/error.h"
 #include "engine/database/open_database.h"
+#include "engine/device/buffer.h"
 
 namespace merl::app {
 namespace {
@@ -71,6 +72,9 @@ ObtainedDistances compute(const DistanceOptions& options, const MetricNeeds& nee
             engines, *result.database, result.metrics, options.memory, control);
     } catch (const MemoryError& error) {
         throw MemoryError(fmt::format("--memory: {}", error.what()));
+    } catch (const device::AllocationError& error) {
+        throw device::AllocationError(
+            fmt::format("{}; a smaller --memory makes smaller slabs", error.what()));
     }
     return result;
 }

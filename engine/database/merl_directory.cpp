@@ -96,8 +96,11 @@ std::unique_ptr<Database> open_merl_directory(const std::filesystem::path& direc
 
 std::vector<MerlEntry> list_merl_files(const std::filesystem::path& path) {
     std::error_code none;
-    return std::filesystem::is_directory(path, none) ? list_merl_directory(path)
-                                                     : std::vector{entry_of(path)};
+    if (std::filesystem::is_directory(path, none)) {
+        return list_merl_directory(path);
+    }
+    read_merl_header(path);  // throws unless it is a MERL file
+    return {entry_of(path)};
 }
 
 std::unique_ptr<Database> open_merl_file(const std::filesystem::path& path) {

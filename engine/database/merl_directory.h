@@ -24,7 +24,7 @@ std::vector<MerlEntry> list_merl_directory(const std::filesystem::path& director
 /// files, all of one grid.
 std::unique_ptr<Database> open_merl_directory(const std::filesystem::path& directory);
 
-/// The files of a directory, or the one file, that `path` is.
+/// The files of a directory, or the one file, that `path` is. Throws InputError when it is neither.
 std::vector<MerlEntry> list_merl_files(const std::filesystem::path& path);
 
 /// One file, as a database of one material. Throws InputError unless it is whole.

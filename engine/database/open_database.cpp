@@ -49,17 +49,17 @@ std::unique_ptr<Database> open_database(const std::string& name) {
     return kind_of(name).open(name);
 }
 
-std::vector<MaterialSource> list_database(const std::string& name) {
+DatabaseListing list_database(const std::string& name) {
     const auto& kind = kind_of(name);
     if (kind.list != nullptr) {
-        return kind.list(name);
+        return {name, kind.list(name)};
     }
     const std::shared_ptr<const Database> whole = kind.open(name);
     std::vector<MaterialSource> sources;
     for (std::size_t m = 0; m < whole->materials().size(); ++m) {
         sources.push_back({whole->materials()[m], [whole, m] { return make_subset(whole, {m}); }});
     }
-    return sources;
+    return {whole->name(), std::move(sources)};
 }
 
 std::string database_help() {

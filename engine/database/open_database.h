@@ -26,9 +26,15 @@ struct MaterialSource {
     std::function<std::unique_ptr<Database>()> open;
 };
 
+/// What there is, whether it can be used or not.
+struct DatabaseListing {
+    std::string name;  // for people
+    std::vector<MaterialSource> materials;
+};
+
 /// All materials of a database, also those that cannot be used. Throws InputError when there is
 /// nothing that could be one.
-std::vector<MaterialSource> list_database(const std::string& name);
+DatabaseListing list_database(const std::string& name);
 
 /// What open_database() takes, for people: "built-in, or a directory of ...".
 std::string database_help();

@@ -49,10 +49,8 @@ Allocation::Allocation(Context::Handles& context_, std::uint64_t bytes, vk::Buff
     try {
         memory = {context.device, {needs.size, type.value()}};
     } catch (const vk::SystemError& error) {
-        throw Error(
-            Fault::device,
-            fmt::format("{} cannot allocate {:.1f} MiB ({:.1f} MiB are in use): {}; a smaller "
-                        "--memory makes smaller slabs",
+        throw AllocationError(
+            fmt::format("{} cannot allocate {:.1f} MiB ({:.1f} MiB are in use): {}",
                         context.info.name, static_cast<double>(needs.size) / 1048576.0,
                         static_cast<double>(context.allocated) / 1048576.0, error.what()));
     }

@@ -4,7 +4,9 @@
 #include <cstdint>
 #include <memory>
 #include <span>
+#include <string>
 
+#include "engine/base/error.h"
 #include "engine/device/context.h"
 
 namespace merl::device {
@@ -20,6 +22,12 @@ enum class Traffic {
 /// texel.
 enum class Texels { none, floats, words };
 
+/// The device has too little memory left for a buffer.
+class AllocationError : public Error {
+  public:
+    explicit AllocationError(const std::string& message) : Error(Fault::device, message) {}
+};
+
 /// Device memory that kernels use as a storage buffer, and as a texel buffer if asked.
 ///
 /// Upload and download buffers can be reached from the host through `host()`. Where the device has
@@ -27,7 +35,7 @@ enum class Texels { none, floats, words };
 /// itself; elsewhere it is a staging copy, and Submission::upload and download do the copying.
 class Buffer {
   public:
-    /// Throws Error (device) that names the size when memory runs out.
+    /// Throws AllocationError that names the size when memory runs out.
     Buffer(Context& context, std::uint64_t bytes, Traffic traffic, Texels texels = Texels::none);
     ~Buffer();
     Buffer(Buffer&&) noexcept;

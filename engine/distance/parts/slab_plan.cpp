@@ -44,7 +44,7 @@ SlabPlan plan_slabs(std::span<const EngineNeeds> engines, std::uint64_t memory_b
     const std::uint64_t least = fixed + block_bytes;
     if (least > memory_bytes) {
         throw MemoryError(
-            fmt::format("{} bytes of memory are too few: {} materials need at least {} ({} bytes)",
+            fmt::format("{} bytes of memory is too small: {} materials need at least {} ({} bytes)",
                         memory_bytes, workload.materials, mebibytes(least), least));
     }
     const std::uint64_t all_blocks = std::max<std::uint64_t>(1, block_count(workload.voxels));

@@ -78,8 +78,8 @@ class Taken(Case):
                 if i // 2 != j // 2]
         (self.work / "votes.csv").write_text("reference,a,b,votes_a,votes_b\n" + "\n".join(rows))
         most = self.taken("score", "--judgements", "votes.csv", "--database", "db", "--memory",
-                          "40M", "--replicates", 0, "--out", "out", "--threads", 2)
-        self.assertLess(most, self.base() + 1.5 * 40 * MIB + 12 * 100 * 19900)
+                          "56M", "--replicates", 0, "--out", "out", "--threads", 2)
+        self.assertLess(most, self.base() + 1.5 * 56 * MIB + 12 * 100 * 19900)
 
     def test_few_materials_on_a_fine_grid(self):
         for name in "ab":
@@ -178,7 +178,7 @@ class Refused(Case):
     def test_images_that_are_too_large(self):
         write_database(self.work / "db", 2)
         lights = ["--light=1,1,1"] * 40
-        self.assert_refused(USAGE, ["--size 2048", "40 lights", "1024"], "render", "--database", "db",
+        self.assert_refused(USAGE, ["2048 x 2048", "40 lights", "1024"], "render", "--database", "db",
                             "--size", 2048, *lights, "--out", "out")
 
     def test_long_texts_of_a_file(self):
@@ -203,7 +203,7 @@ class Limited(Case):
 
     def test_address_space_for_a_driver(self):
         result = self.limited({"RLIMIT_AS": 120 * MIB}, "devices")
-        self.assertEqual(result.returncode, DEVICE)
+        self.assertEqual(result.returncode, SUCCESS)
         text = result.stdout + result.stderr
         self.assertIn("address space of this process is limited to 120 MiB (ulimit -v)", text)
         self.assertNotIn("apt-get", text)

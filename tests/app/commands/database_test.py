@@ -181,7 +181,7 @@ class Info(Case):
         some[10] = 0
         write_database(self.work / "db", {"some": some, "grey": [1500.0] * (3 * count)})
         output = self.assert_success("database", "info", "db")
-        self.assertIn("2 .binary files", output)
+        self.assertIn("db: 2 materials", output)
         self.assertIn("2 of 2 can be read", output)
         self.assertIn("6 x 5 x 8", output)
         self.assertEqual(self.rows("db")["some"], (count, 2, 0, 200))

@@ -23,7 +23,15 @@ class Verify(Case):
                 self.assertRegex(output, rf"{metric}, .*, {way} .* 4950 ")
             self.assertRegex(output, rf"disagreements, {way}.* 4289737 ")
         self.assertIn("paw-ciede2000, its twin, in shaders", output)
-        self.assertNotIn("paw-ciede2000, its twin, on the host", output)
+        self.assertIn("paw-ciede2000, its twin, on the host", output)
+
+
+    def test_the_host_alone(self):
+        output = self.assert_success("verify", "--device", "host", VK_ICD_FILENAMES="/nowhere.json",
+                                     VK_DRIVER_FILES="/nowhere.json")
+        self.assertIn("disagreements, on the host", output)
+        self.assertNotIn("in shaders", output)
+        self.assertNotIn("FAIL", output)
 
 
 if __name__ == "__main__":

@@ -77,7 +77,7 @@ TEST(SlabPlan, TooLittleMemorySaysHowMuchIsNeeded) {
     } catch (const MemoryError& error) {
         EXPECT_EQ(error.fault(), Fault::usage);
         const std::string text = error.what();
-        EXPECT_NE(text.find("1048576 bytes of memory are too few"), std::string::npos) << text;
+        EXPECT_NE(text.find("1048576 bytes of memory is too small"), std::string::npos) << text;
         least = std::stoull(text.substr(text.rfind('(') + 1));
     }
     EXPECT_EQ(plan(needs, least, workload).slab_blocks, 1U);
