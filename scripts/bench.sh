@@ -7,7 +7,7 @@ set -euo pipefail
 database=${1:+$(realpath "$1")}
 cd "$(dirname "$0")/.."
 
-scripts/setup.sh
+scripts/setup.sh tests
 build/release/merl-scan-bench ${database:+--database "$database"} \
     --benchmark_repetitions=5 --benchmark_report_aggregates_only=true \
     --benchmark_out=build/release/bench.json --benchmark_out_format=json

@@ -1,22 +1,37 @@
 #!/usr/bin/env bash
-# Installs the Debian 12 packages that are missing, then configures and builds build/release.
-# Called by demo.sh and test.sh; arguments go to CMake.
+# Installs the Debian 12 packages that are missing, then configures and builds build/release:
+#     scripts/setup.sh program     what merl-scan itself needs, and builds it
+#     scripts/setup.sh tests       with what the tests need, and builds everything
+# Both build the same files in the same way, so what one has built the other does not build again.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
 packages=(
-    g++ cmake ninja-build pkg-config python3                            # tools
-    glslang-dev glslang-tools spirv-tools                               # shaders
-    libvulkan-dev mesa-vulkan-drivers vulkan-validationlayers           # Vulkan, lavapipe
+    g++ cmake ninja-build pkg-config                                    # tools
+    glslang-dev                                                         # shaders
+    libvulkan-dev mesa-vulkan-drivers                                   # Vulkan, lavapipe
     libglm-dev libtbb-dev libfmt-dev libxxhash-dev libhwy-dev           # libraries of the engine
     libboost-dev                                                        # of the scan
     libcli11-dev nlohmann-json3-dev libopenexr-dev libpng-dev zlib1g-dev  # of the command line
-    libgtest-dev libgmock-dev libbenchmark-dev chromium                 # of the tests
-    clang-format clang-tidy                                             # style
 )
+case "${1:-}" in
+program) options=(-DMERL_SCAN_TESTS=OFF) ;;
+tests)
+    options=(-DMERL_SCAN_TESTS=ON)
+    packages+=(
+        python3 spirv-tools vulkan-validationlayers chromium   # what tests run
+        libgtest-dev libgmock-dev libbenchmark-dev             # what they are made of
+        clang-format clang-tidy clang                          # style, and a second compiler
+    )
+    ;;
+*)
+    echo "$0: found \"${1:-}\"; expected program or tests" >&2
+    exit 2
+    ;;
+esac
 
 command -v dpkg-query apt-get >/dev/null || {
-    echo "$0: this is no Debian; install what Debian calls ${packages[*]}, then: cmake --preset release && cmake --build --preset release" >&2
+    echo "$0: this is no Debian; install what Debian calls ${packages[*]}, then: cmake --preset release ${options[*]} && cmake --build --preset release" >&2
     exit 1
 }
 missing=()
@@ -39,5 +54,5 @@ if [ ${#missing[@]} -gt 0 ]; then
         apt-get install -y -q --no-install-recommends "${missing[@]}"
 fi
 
-cmake --preset release "$@"
+cmake --preset release "${options[@]}"
 cmake --build --preset release

@@ -12,7 +12,7 @@ SETUP = pathlib.Path(__file__).parents[3] / "scripts" / "setup.sh"
 
 
 class Setup(Case):
-    def refused(self, **programs):
+    def refused(self, which, **programs):
         """The line it ends with where there are only these programs, with these texts."""
         there = self.work / "bin"
         shutil.rmtree(there, ignore_errors=True)
@@ -23,18 +23,24 @@ class Setup(Case):
             program = there / name.replace("_", "-")
             program.write_text(f"#!/usr/bin/env bash\n{text}\n")
             program.chmod(0o755)
-        result = subprocess.run([there / "bash", SETUP], env={"PATH": os.fspath(there)},
+        result = subprocess.run([there / "bash", SETUP, which], env={"PATH": os.fspath(there)},
                                 capture_output=True, text=True, check=False)
         self.assertEqual((result.returncode, result.stdout), (1, ""))
         return self.only_line(result.stderr)
 
     def test_without_sudo(self):
-        line = self.refused(dpkg_query="exit 1", apt_get="exit 1", id="echo 1000")
+        line = self.refused("tests", dpkg_query="exit 1", apt_get="exit 1", id="echo 1000")
         for word in "sudo", "root", "apt-get install", "glslang-dev", "chromium", "libfmt-dev":
             self.assertIn(word, line)
 
+    def test_the_program_needs_no_tests(self):
+        line = self.refused("program", dpkg_query="exit 1", apt_get="exit 1", id="echo 1000")
+        for word in "chromium", "clang", "gtest", "benchmark", "python3":
+            self.assertNotIn(word, line)
+        self.assertIn("libvulkan-dev", line)
+
     def test_without_apt(self):
-        line = self.refused(id="echo 0")
+        line = self.refused("tests", id="echo 0")
         for word in "no Debian", "libvulkan-dev", "cmake --preset release":
             self.assertIn(word, line)
 

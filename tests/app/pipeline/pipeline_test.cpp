@@ -1,0 +1,139 @@
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <stdexcept>
+
+#include "app/pipeline/metrics.h"
+#include "app/pipeline/pair_distances.h"
+#include "app/pipeline/scan.h"
+#include "app/pipeline/score.h"
+#include "app/pipeline/spheres.h"
+#include "engine/database/abc_database.h"
+#include "engine/database/memory_database.h"
+#include "tests/engine/support.h"
+
+namespace merl::pipeline {
+namespace {
+
+const std::array<const engine::Metric*, 2>& two_metrics() {
+    static const std::array metrics = {&engine::find_metric("cwcbrt"),
+                                       &engine::find_metric("pawcielab")};
+    return metrics;
+}
+
+std::unique_ptr<engine::Database> coarse_database() {
+    return engine::make_abc_database({.theta_h = 9, .theta_d = 9, .phi_d = 18});
+}
+
+PairDistances distances_of(const engine::Database& database, const Control& control = {}) {
+    engine::Engines engines(engine::kHost);
+    return compute_pair_distances(engines, database, two_metrics(), 1ULL << 30U, control);
+}
+
+TEST(Pipeline, DistancesSayWhereTheyAreFrom) {
+    const auto database = coarse_database();
+    const auto result = distances_of(*database);
+    engine::Engines engines(engine::kHost);
+    const auto computed = engine::compute_distances(engines, *database, two_metrics());
+    ASSERT_EQ(result.table.metrics.size(), 2U);
+    EXPECT_EQ(result.table.names, database->materials());
+    for (std::size_t m = 0; m < 2; ++m) {
+        EXPECT_EQ(result.table.metrics[m].values, computed.distances[m].values);
+        EXPECT_EQ(result.table.metrics[m].bounds, computed.distances[m].bounds);
+    }
+    const auto& p = result.provenance;
+    EXPECT_FALSE(p.version.empty());
+    ASSERT_TRUE(p.database);
+    EXPECT_FALSE(p.table);
+    EXPECT_EQ(p.database->content_hash, computed.content_hash);
+    EXPECT_EQ(p.database->grid, database->grid());
+    EXPECT_EQ(p.database->materials.size(), 100U);
+    EXPECT_EQ(p.database->materials[3].content_hash, computed.material_hashes[3]);
+    ASSERT_EQ(p.engines.size(), 1U);
+    EXPECT_EQ(p.engines[0].engine.engine, "host");
+    EXPECT_EQ(p.engines[0].metrics, (std::vector<std::string>{"cwcbrt", "pawcielab"}));
+    EXPECT_EQ(p.metrics[1].name, "pawcielab");
+    EXPECT_EQ(p.metrics[1].parameters.size(), two_metrics()[1]->parameters.size());
+}
+
+TEST(Pipeline, ProgressGrowsAndEndsTheWork) {
+    const auto database = coarse_database();
+    std::vector<std::pair<std::string, double>> seen;
+    distances_of(*database, {.progress = [&](std::string_view stage, double share) {
+        seen.emplace_back(stage, share);
+    }});
+    ASSERT_FALSE(seen.empty());
+    double last = 0;
+    for (const auto& [stage, share] : seen) {
+        EXPECT_EQ(stage, "distances");
+        EXPECT_GT(share, last);
+        last = share;
+    }
+    EXPECT_DOUBLE_EQ(last, 1);
+    EXPECT_THROW(
+        distances_of(*database, {.progress = [](std::string_view,
+                                                double) { throw std::runtime_error("enough"); }}),
+        std::runtime_error);
+    std::stop_source source;
+    source.request_stop();
+    EXPECT_THROW(distances_of(*database, {.stop = source.get_token()}), Cancelled);
+}
+
+TEST(Pipeline, AScanIsRefinedAndCounted) {
+    const auto database = coarse_database();
+    const auto distances = distances_of(*database);
+    const auto exact = scan_distances(distances.table, database.get(), two_metrics(),
+                                      {.select = 10, .disagreements = 5});
+    EXPECT_TRUE(exact.exact);
+    EXPECT_EQ(exact.selection.size(), 10U);
+    EXPECT_EQ(exact.disagreements.size(), 5U);
+    ASSERT_TRUE(exact.strongest);
+    EXPECT_EQ(exact.disagreements.front().agreement, exact.strongest->agreement);
+    EXPECT_EQ(exact.census.counts.configurations, 12'248'775U);
+    const auto fast = scan_distances(distances.table, database.get(), two_metrics(),
+                                     {.disagreements = 0, .fast = true});
+    EXPECT_FALSE(fast.exact);
+    EXPECT_EQ(fast.refined.first + fast.refined.second, 0U);
+    EXPECT_EQ(fast.undecided, exact.undecided);
+}
+
+TEST(Pipeline, ATableIsTakenAsExact) {
+    const test::TemporaryDirectory directory;
+    const auto file = (directory.path / "t.csv").string();
+    std::ofstream(file) << "material_a,material_b,x,y\na,b,1,2\na,c,2,1\nb,c,3,3\n";
+    const auto distances = read_pair_distances(file);
+    ASSERT_TRUE(distances.provenance.table);
+    EXPECT_EQ(distances.provenance.table->file, file);
+    EXPECT_TRUE(distances.provenance.engines.empty());
+    const auto result = scan_distances(distances.table, nullptr, {});
+    EXPECT_TRUE(result.exact);
+    EXPECT_EQ(result.census.counts.disagreements(), 1U);
+    EXPECT_THROW(read_pair_distances((directory.path / "none.csv").string()), InputError);
+}
+
+TEST(Pipeline, MetricsAreOpenedByNameAndNotTwice) {
+    const std::vector<std::string> names = {"rmse", "pawcielab:white=80"};
+    const auto metrics = open_metrics(names);
+    EXPECT_EQ(metrics[1].name, "pawcielab:white=80");
+    const std::vector<std::string> twice = {"rmse", "all"};
+    EXPECT_THROW(open_metrics(twice), Error);
+}
+
+TEST(Pipeline, SpheresAreShown) {
+    const engine::MemoryDatabase database(
+        "grey", {.theta_h = 4, .theta_d = 4, .phi_d = 8}, {"a", "b"},
+        [](std::size_t material, std::uint64_t, std::size_t) { return material == 0 ? 0.0 : 0.3; });
+    const std::vector<std::size_t> both = {0, 1};
+    std::vector<float> middles;
+    const SphereView view = {.sphere = {.size = 16}, .background = 0};
+    render_spheres(database, both, view, "llvmpipe",
+                   [&](const engine::SphereImage&, const Image& linear) {
+                       middles.push_back(displayed(linear, view).at(8, 8)[1]);
+                   });
+    ASSERT_EQ(middles.size(), 2U);
+    EXPECT_EQ(middles[0], 0);
+    EXPECT_GT(middles[1], 0.3F);
+}
+
+}  // namespace
+}  // namespace merl::pipeline
