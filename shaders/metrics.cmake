@@ -35,34 +35,25 @@ ${entries}    };
   target_sources(${target} PRIVATE ${CMAKE_CURRENT_BINARY_DIR}/metrics/shader_files.cpp)
 endfunction()
 
-# Adds every *.glsl of `folder`, and a function `merl::engine::<list>()` that gives them all.
+# Adds every *.glsl of `folder`, a path from the root of the sources, as text and as its twin, and a
+# function `merl::engine::<list>()` that gives them all.
 function(add_metrics target folder list)
-  file(GLOB files CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/shaders/${folder}/*.glsl)
+  file(GLOB files CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/${folder}/*.glsl)
   list(SORT files)
   set(declarations "")
   set(entries "")
   foreach(file IN LISTS files)
     get_filename_component(METRIC_NAME ${file} NAME_WE)
     string(MAKE_C_IDENTIFIER ${METRIC_NAME} METRIC_ID)
-    set(METRIC_FILE ${folder}/${METRIC_NAME}.glsl)
-    shader_text(${file} METRIC_TEXT)
-    # The parameters become members of the twin, in the order of the header.
-    string(REGEX MATCHALL "\n// parameter: *[A-Za-z_0-9]+" lines "${METRIC_TEXT}")
-    set(METRIC_MEMBERS "")
-    set(METRIC_VALUES "")
-    set(index 0)
-    foreach(line IN LISTS lines)
-      string(REGEX REPLACE ".*: *" "" parameter "${line}")
-      string(APPEND METRIC_MEMBERS "    double ${parameter};\n")
-      string(APPEND METRIC_VALUES "parameters[${index}], ")
-      math(EXPR index "${index} + 1")
-    endforeach()
-    configure_file(${PROJECT_SOURCE_DIR}/engine/metric/twin.cpp.in
-                   ${CMAKE_CURRENT_BINARY_DIR}/metrics/${METRIC_ID}.cpp @ONLY)
-    target_sources(${target} PRIVATE ${CMAKE_CURRENT_BINARY_DIR}/metrics/${METRIC_ID}.cpp)
+    set(twin ${CMAKE_CURRENT_BINARY_DIR}/metrics/${METRIC_ID}.cpp)
+    set(template ${PROJECT_SOURCE_DIR}/engine/metric/twin.cpp.in)
+    add_custom_command(OUTPUT ${twin}
+      COMMAND make_twin ${template} ${file} ${folder}/${METRIC_NAME}.glsl ${twin}
+      DEPENDS make_twin ${template} ${file} VERBATIM)
+    target_sources(${target} PRIVATE ${twin})
     # Whatever a metric calls has to be inlined before its loop over voxels becomes vectors, and a
     # condition may only become a choice where nobody asks which operations raised a flag.
-    set_source_files_properties(${CMAKE_CURRENT_BINARY_DIR}/metrics/${METRIC_ID}.cpp PROPERTIES
+    set_source_files_properties(${twin} PROPERTIES
       COMPILE_OPTIONS "-fno-trapping-math;-finline-functions;--param=max-inline-insns-auto=1000;--param=max-inline-insns-single=1000;--param=inline-unit-growth=1000")
     string(APPEND declarations "extern const BuiltMetric metric_${METRIC_ID};\n")
     string(APPEND entries "glsl::metric_${METRIC_ID}, ")

@@ -10,7 +10,7 @@ namespace merl::app {
 
 /// What the commands that show spheres let the user choose.
 struct SphereImageOptions {
-    pipeline::SphereView view = {};                    // but for lights and encoding, which are below
+    pipeline::SphereView view = {};               // but for lights and encoding, which are below
     std::vector<std::string> lights = {"1,1,1"};  // as they were given
     std::string encoding = "gamma";
     std::string device = {};

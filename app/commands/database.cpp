@@ -142,8 +142,8 @@ auto share_of(Progress& progress, std::size_t material, std::size_t count) {
 
 int info(const Options& options) {
     const auto [name, sources] = engine::list_database(options.path);
-    print_line(fmt::format("{}: {} material{}", name, sources.size(),
-                           sources.size() == 1 ? "" : "s"));
+    print_line(
+        fmt::format("{}: {} material{}", name, sources.size(), sources.size() == 1 ? "" : "s"));
     print_heading();
     std::size_t bad = 0;
     Grid first_grid;
@@ -201,6 +201,12 @@ int info(const Options& options) {
 int write(const Options& options) {
     const auto database = engine::open_database(options.database);
     const auto& materials = database->materials();
+    std::error_code none;
+    if (std::filesystem::equivalent(options.out, database->path(), none)) {
+        throw Error(Fault::usage,
+                    fmt::format("{}: is the database that is read; write into another directory",
+                                options.out));
+    }
     std::vector<OutputFile> files;
     Progress progress("writing", options.quiet);
     for (std::size_t m = 0; m < materials.size(); ++m) {

@@ -121,7 +121,7 @@ std::string database_option(const ScanRecord& record) {
         return engine::kBuiltIn;
     }
     std::error_code ignored;
-    if (!std::filesystem::is_directory(record.path, ignored)) {
+    if (!std::filesystem::exists(record.path, ignored)) {
         throw InputError(
             fmt::format("{}: the database of the scan, which {} names, is not there any more; "
                         "--database says where it is now",

@@ -30,8 +30,9 @@ using SampleSink = std::function<void(std::size_t plane, std::span<const std::by
 
 /// Measured BRDFs on one grid, read a range of voxels at a time.
 ///
-/// A kind of database is a class like this one and a line in open_database.cpp. It fills in the
-/// members below in its constructor; one that wraps others hands the sink on to them.
+/// A kind of database is a class derived from this one and a line in open_database.cpp. It fills in
+/// the members below in its constructor: at least two materials for a scan, whose names may become
+/// names of files. One that wraps others hands the sink on to them.
 class Database {
   public:
     virtual ~Database() = default;
@@ -52,9 +53,10 @@ class Database {
     /// Reflectance in 1/sr of one material, by its index: `samples` gets three planes (red, green,
     /// blue) of `range.size()` numbers each, in the order of the voxels in MERL files (Domain).
     /// Negative numbers mean "not measured" and come as they are; the others are finite and at most
-    /// kMaxReflectance. With `sink`, what identifies these samples is handed to it; whoever wants
-    /// that reads all ranges in order. Any thread may call it.
-    /// Throws InputError that names the file, the voxel and what was found.
+    /// kMaxReflectance. With `sink`, what identifies these samples is handed to it: the bytes of
+    /// each plane of the range, or, of samples that are computed from a few figures, those figures
+    /// to plane 0 when the range begins with voxel 0. Whoever wants that reads all ranges in order.
+    /// Any thread may call it. Throws InputError that names the file, the voxel and what was found.
     virtual void read(std::size_t material, VoxelRange range, std::span<double> samples,
                       const SampleSink& sink = {}) const = 0;
 

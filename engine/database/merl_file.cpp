@@ -133,10 +133,13 @@ std::string merl_file(const Database& database, std::size_t material) {
     std::vector<double> samples(grid.voxels() * 3);
     database.read(material, {0, grid.voxels()}, samples);
     for (std::uint64_t i = 0; i < grid.voxels(); ++i) {
-        const bool measured = domain.voxel(i).above_horizon();
+        const auto at = [&](std::size_t plane) -> double& {
+            return samples[plane * grid.voxels() + i];
+        };
+        const bool is_nothing = at(0) == 0 && at(1) == 0 && at(2) == 0;
+        const bool measured = !is_nothing || domain.voxel(i).above_horizon();
         for (std::size_t plane = 0; plane < 3; ++plane) {
-            double& value = samples[plane * grid.voxels() + i];
-            value = measured ? value / kMerlScale[plane] : kMerlNotMeasured;
+            at(plane) = measured ? at(plane) / kMerlScale[plane] : kMerlNotMeasured;
         }
     }
     std::string bytes(sizeof(header) + samples.size() * sizeof(double), '\0');

@@ -42,8 +42,8 @@ MerlHeader read_merl_header(const std::filesystem::path& path);
 void read_merl_samples(const std::filesystem::path& path, const MerlHeader& header,
                        VoxelRange range, std::span<double> samples, const SampleSink& sink = {});
 
-/// One material of a database as the bytes of a MERL file. Voxels below the horizon are stored as
-/// not measured.
+/// One material of a database as the bytes of a MERL file, with the same reflectances. Where it is
+/// black below the horizon, as models are, nothing was measured.
 std::string merl_file(const Database& database, std::size_t material);
 
 }  // namespace merl::engine

@@ -4,7 +4,10 @@
 
 #include <algorithm>
 #include <array>
+#include <filesystem>
+#include <system_error>
 
+#include "engine/base/error.h"
 #include "engine/database/abc_database.h"
 #include "engine/database/merl_directory.h"
 #include "engine/database/subset_database.h"
@@ -46,6 +49,11 @@ const Kind& kind_of(const std::string& name) {
 }  // namespace
 
 std::unique_ptr<Database> open_database(const std::string& name) {
+    std::error_code none;
+    if (!name.empty() && name != kBuiltIn && !std::filesystem::exists(name, none)) {
+        throw InputError(
+            fmt::format("{}: there is no such database; expected {}", name, database_help()));
+    }
     return kind_of(name).open(name);
 }
 

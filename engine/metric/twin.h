@@ -1,7 +1,7 @@
 #pragma once
 
 // Compiles a metric's GLSL file as C++ in float64. Included only by the generated file of each
-// metric (metric.cpp.in): GLM gives the types and functions of GLSL, shaders/lib/numerics.glsl is
+// metric (twin.cpp.in): GLM gives the types and functions of GLSL, shaders/lib/numerics.glsl is
 // the same file, and `float` means double in what follows.
 
 #include <bit>
@@ -10,6 +10,10 @@
 #include <glm/common.hpp>
 #include <glm/exponential.hpp>
 #include <glm/geometric.hpp>
+#include <glm/mat2x2.hpp>
+#include <glm/mat3x3.hpp>
+#include <glm/mat4x4.hpp>
+#include <glm/matrix.hpp>
 #include <glm/trigonometric.hpp>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
@@ -29,6 +33,9 @@ using single = float;
 using vec2 = glm::dvec2;
 using vec3 = glm::dvec3;
 using vec4 = glm::dvec4;
+using mat2 = glm::dmat2;
+using mat3 = glm::dmat3;
+using mat4 = glm::dmat4;
 
 /// What numerics.glsl has for a double: 0x553e0000 less a third of the upper half of its bits. A
 /// double has room for both halves as numbers, with which there are vector instructions.

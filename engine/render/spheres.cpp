@@ -64,19 +64,19 @@ std::vector<std::uint32_t> compile_sphere() {
 
 /// All samples of a material as texels, none negative. Returns the hash of what was read.
 std::string fill_texels(const Database& database, std::size_t material, std::span<Texel> texels) {
-    ContentHash hash(database.materials().size());
-    read_material(database, material, hash.sink(material),
-                  [&](VoxelRange range, std::span<const double> planes) {
-                      for (std::uint64_t i = 0; i < range.size(); ++i) {
-                          Texel& texel = texels[range.first + i];
-                          for (std::size_t plane = 0; plane < 3; ++plane) {
-                              texel[plane] = static_cast<float>(
-                                  std::max(0.0, planes[plane * range.size() + i]));
-                          }
-                          texel[3] = 0;
-                      }
-                  });
-    return hash.material_digest(material, database.grid().text());
+    ContentHash hash(1);
+    read_material(
+        database, material, hash.sink(0), [&](VoxelRange range, std::span<const double> planes) {
+            for (std::uint64_t i = 0; i < range.size(); ++i) {
+                Texel& texel = texels[range.first + i];
+                for (std::size_t plane = 0; plane < 3; ++plane) {
+                    texel[plane] =
+                        static_cast<float>(std::max(0.0, planes[plane * range.size() + i]));
+                }
+                texel[3] = 0;
+            }
+        });
+    return hash.material_digest(0, database.grid().text());
 }
 
 void require_room(const device::Limits& limits, const Grid& grid, const SphereOptions& options) {

@@ -8,8 +8,8 @@ import struct
 import subprocess
 
 import support
-from support import GRID, INPUT, OUTPUT, SUCCESS, Case
-from support import merl_bytes, samples, voxels, write_database
+from support import GRID, INPUT, OUTPUT, SUCCESS, USAGE, Case
+from support import merl_bytes, samples, tree, voxels, write_database
 
 BYTES = 12 + 24 * voxels(GRID)  # of a whole file
 
@@ -321,6 +321,17 @@ class Write(Case):
         most = re.search(rf"(?m)^{name} +1458000 +361784   .* to (\S+)$", output)[1]
         built_in = self.assert_success("database", "info")
         self.assertRegex(built_in, rf"(?m)^{name} +1458000 .* to {re.escape(most)}$")
+
+    def test_a_database_into_itself(self):
+        write_database(self.work / "db", 2)
+        before = tree(self.work)
+        for options in [], ["--force"]:
+            self.assert_refused(USAGE, ["db", "is the database that is read"], "database", "write",
+                                "db", "--database", "db", *options)
+        self.assertEqual(tree(self.work), before)
+        self.assert_success("database", "write", "copy", "--database", "db")
+        self.assertEqual(sorted(p.name for p in (self.work / "copy").iterdir()),
+                         ["m00.binary", "m01.binary"])
 
 
 if __name__ == "__main__":

@@ -53,21 +53,29 @@ TEST(MerlFile, WhatIsWrittenIsRead) {
     EXPECT_EQ(std::filesystem::file_size(path), 12 + kGrid.voxels() * 24);
     EXPECT_EQ(read_merl_header(path).grid, kGrid);
 
-    const Domain domain(kGrid);
     const VoxelRange part = {13, 77};
     std::vector<double> got(3 * part.size());
     std::vector<double> expected(3 * part.size());
-    read_merl_samples(path, read_merl_header(path), part, got, {});
-    database.read(1, part, expected, nullptr);
-    for (std::uint64_t i = 0; i < part.size(); ++i) {
-        for (std::size_t plane = 0; plane < 3; ++plane) {
-            const double value = got[plane * part.size() + i];
-            if (domain.voxel(part.first + i).above_horizon()) {
-                EXPECT_NEAR(value / expected[plane * part.size() + i], 1, 1e-15);
-            } else {
-                EXPECT_LT(value, 0);
-            }
-        }
+    read_merl_samples(path, read_merl_header(path), part, got);
+    database.read(1, part, expected);
+    for (std::size_t i = 0; i < got.size(); ++i) {
+        EXPECT_NEAR(got[i] / expected[i], 1, 1e-15);
+    }
+}
+
+TEST(MerlFile, WhatIsBlackBelowTheHorizonWasNotMeasured) {
+    const test::TemporaryDirectory directory;
+    const test::FunctionDatabase database(
+        kGrid, 1, [](std::size_t, std::uint64_t v, std::size_t) { return v % 2 == 0 ? 0.0 : 1.0; });
+    const auto path = directory.path / "m.binary";
+    write_merl_file(path, database, 0);
+    std::vector<double> got(3 * kGrid.voxels());
+    read_merl_samples(path, read_merl_header(path), {0, kGrid.voxels()}, got);
+    const Domain domain(kGrid);
+    for (std::uint64_t v = 0; v < kGrid.voxels(); ++v) {
+        const double expected = v % 2 == 1 ? 1.0 : domain.voxel(v).above_horizon() ? 0.0 : -1.0;
+        EXPECT_EQ(got[v] < 0, expected < 0) << v;
+        EXPECT_NEAR(std::max(0.0, got[v]), std::max(0.0, expected), 1e-15) << v;
     }
 }
 
