@@ -52,7 +52,9 @@ void initialize_once() {
 /// What glslang needs to know of every shader; the texts are read one after the other.
 class Shader {
   public:
-    Shader(std::span<const ShaderText* const> texts, const std::string& preamble) {
+    /// The texts must outlive it.
+    Shader(std::span<const ShaderText* const> texts, std::string preamble)
+        : preamble_(std::move(preamble)) {
         for (const auto* const text : texts) {
             texts_.push_back(text->text.data());
             lengths_.push_back(static_cast<int>(text->text.size()));
@@ -60,7 +62,7 @@ class Shader {
         }
         shader_.setStringsWithLengthsAndNames(texts_.data(), lengths_.data(), names_.data(),
                                               static_cast<int>(texts_.size()));
-        shader_.setPreamble(preamble.c_str());
+        shader_.setPreamble(preamble_.c_str());  // which keeps the pointer
         shader_.setEnvInput(glslang::EShSourceGlsl, EShLangCompute, glslang::EShClientVulkan, 100);
         shader_.setEnvClient(glslang::EShClientVulkan, glslang::EShTargetVulkan_1_2);
         shader_.setEnvTarget(glslang::EShTargetSpv, glslang::EShTargetSpv_1_5);
@@ -73,6 +75,7 @@ class Shader {
     std::vector<const char*> texts_;
     std::vector<int> lengths_;
     std::vector<const char*> names_;
+    std::string preamble_;
     glslang::TShader shader_{EShLangCompute};
 };
 
