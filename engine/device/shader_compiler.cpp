@@ -8,6 +8,7 @@
 #include <array>
 #include <memory>
 #include <mutex>
+#include <utility>
 
 namespace merl::device {
 namespace {
