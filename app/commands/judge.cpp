@@ -31,8 +31,8 @@
 #include "scan/io/csv.h"
 #include "scan/io/input.h"
 #include "scan/pairs/distance_table.h"
+#include "scan/select/selection_file.h"
 #include "scan/votes/kit.h"
-#include "scan/votes/selection_file.h"
 
 namespace merl::app {
 namespace {

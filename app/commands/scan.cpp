@@ -1,3 +1,5 @@
+#include "app/pipeline/scan.h"
+
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -17,11 +19,10 @@
 #include "app/output/json.h"
 #include "app/output/output_directory.h"
 #include "app/output/provenance.h"
-#include "app/pipeline/scan.h"
 #include "engine/base/error.h"
 #include "engine/base/stopwatch.h"
 #include "scan/io/csv.h"
-#include "scan/select/tables.h"
+#include "scan/select/scan_tables.h"
 
 namespace merl::app {
 namespace {
@@ -67,7 +68,8 @@ std::string summary_json(const Options& options, const Outcome& o) {
     }
     ordered_json agreement_range;
     if (!o.result.selection.empty()) {
-        agreement_range = {o.result.selection.front().agreement, o.result.selection.back().agreement};
+        agreement_range = {o.result.selection.front().agreement,
+                           o.result.selection.back().agreement};
     }
     ordered_json counts = counts_json(o.result.census.counts);
     counts["counted_by"] = counted_by(o.result.census.streamed);
@@ -161,7 +163,7 @@ void print_summary(const Options& options, const Outcome& o) {
 }
 
 pipeline::ScanResult compute(const Options& options, const ObtainedDistances& obtained,
-                          const pipeline::Control& control) {
+                             const pipeline::Control& control) {
     try {
         return pipeline::scan_distances(obtained.distances.table, obtained.database.get(),
                                         obtained.metrics,
@@ -197,7 +199,9 @@ int run(const Options& options) {
               }},
          {.name = "selection.csv",
           .write =
-              [&](int file) { scan::write_selection(file, o.result.distances, o.result.selection); },
+              [&](int file) {
+                  scan::write_selection(file, o.result.distances, o.result.selection);
+              },
           .is_read_again = true},
          {.name = "summary.json",
           .write =

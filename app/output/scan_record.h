@@ -10,7 +10,7 @@
 
 #include "engine/base/error.h"
 #include "engine/database/database.h"
-#include "scan/votes/selection_file.h"
+#include "scan/select/selection_file.h"
 
 namespace merl::app {
 

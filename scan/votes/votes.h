@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "engine/base/error.h"
-#include "scan/votes/selection_file.h"
+#include "scan/select/selection_file.h"
 #include "scan/votes/vote_file.h"
 #include "scan/votes/vote_kit.h"
 

@@ -13,7 +13,7 @@
 #include "engine/base/error.h"
 #include "scan/io/input.h"
 #include "scan/pairs/agreement.h"
-#include "scan/select/search.h"
+#include "scan/select/disagreement_search.h"
 #include "scan/select/selection.h"
 
 namespace merl::scan {
