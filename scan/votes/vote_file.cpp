@@ -10,7 +10,6 @@
 #include "engine/base/number.h"
 #include "scan/io/csv_reader.h"
 #include "scan/io/input.h"
-#include "scan/votes/survey_file.h"
 
 namespace merl::scan {
 namespace {
@@ -115,10 +114,8 @@ class RowReader {
 void expect_header(CsvReader& reader) {
     const auto header = reader.header();
     if (header != vote_header) {
-        const bool survey = fmt::format("{}", fmt::join(header, ",")) == survey_columns;
-        reader.fail(fmt::format(R"(found {}; expected {}, "{}"{})", columns_text(header),
-                                vote_header.size(), fmt::join(vote_header, ","),
-                                survey ? "; a survey belongs to --survey" : ""));
+        reader.fail(fmt::format(R"(found {}; expected {}, "{}")", columns_text(header),
+                                vote_header.size(), fmt::join(vote_header, ",")));
     }
 }
 
