@@ -29,7 +29,7 @@ LAYERS = {
     "scan/select": ("scan/pairs",),
     "scan/statistics": ("scan/io",),
     "scan/score": ("scan/pairs", "scan/statistics"),
-    "scan/votes": ("scan/pairs", "scan/statistics"),
+    "scan/votes": ("scan/select", "scan/statistics"),
     "app/pipeline": ("engine/distance", "engine/render", "scan/select", "scan/score", "scan/votes"),
     "app/cli": ("app/pipeline",),
     "app/output": ("app/cli",),

@@ -9,6 +9,7 @@
 #include <array>
 #include <cerrno>
 #include <charconv>
+#include <cstdint>
 #include <cstdio>
 #include <cstring>
 
@@ -54,31 +55,24 @@ char32_t code_point(std::string_view character) {
     return code;
 }
 
+struct CharacterRange {
+    char32_t first, last;
+};
+
 /// Control characters (C0, delete, C1) and what is not seen: format characters (Unicode's Cf, but
 /// for those that are signs of their own), separators of lines, fillers and what nobody has
 /// assigned among the tags.
+constexpr std::array<CharacterRange, 21> kHidden = {
+    {{0x00, 0x08},       {0x09, 0x0a},  // tab and line feed
+     {0x0b, 0x0c},       {0x0d, 0x0d},  // carriage return
+     {0x0e, 0x1f},       {0x7f, 0x9f},      {0xad, 0xad},     {0x34f, 0x34f},   {0x61c, 0x61c},
+     {0x115f, 0x1160},   {0x17b4, 0x17b5},  {0x180b, 0x180f}, {0x200b, 0x200f}, {0x2028, 0x202e},
+     {0x2060, 0x206f},   {0x3164, 0x3164},  {0xfeff, 0xfeff}, {0xffa0, 0xffa0}, {0xfff0, 0xfffb},
+     {0x1d173, 0x1d17a}, {0xe0000, 0xe0fff}}};
+
 bool is_hidden(char32_t c) {
-    struct Range {
-        char32_t first, last;
-    };
-    constexpr std::array<Range, 17> kHidden = {{{0x00, 0x1f},
-                                                {0x7f, 0x9f},
-                                                {0xad, 0xad},
-                                                {0x34f, 0x34f},
-                                                {0x61c, 0x61c},
-                                                {0x115f, 0x1160},
-                                                {0x17b4, 0x17b5},
-                                                {0x180b, 0x180f},
-                                                {0x200b, 0x200f},
-                                                {0x2028, 0x202e},
-                                                {0x2060, 0x206f},
-                                                {0x3164, 0x3164},
-                                                {0xfeff, 0xfeff},
-                                                {0xffa0, 0xffa0},
-                                                {0xfff0, 0xfffb},
-                                                {0x1d173, 0x1d17a},
-                                                {0xe0000, 0xe0fff}}};
-    return std::ranges::any_of(kHidden, [=](Range r) { return r.first <= c && c <= r.last; });
+    return std::ranges::any_of(kHidden,
+                               [=](CharacterRange r) { return r.first <= c && c <= r.last; });
 }
 
 /// Whether standard output is a pipe or a socket without a reader.
@@ -134,6 +128,17 @@ std::string from_utf8(std::string_view text) {
 
 std::string printable(std::string_view text) {
     return escaped(text, true);
+}
+
+std::string hidden_in_pages() {
+    std::string text;
+    for (const auto [first, last] : kHidden) {
+        if (first != U'\t' && first != U'\r') {
+            text += fmt::format("\\u{{{:x}}}-\\u{{{:x}}}", static_cast<std::uint32_t>(first),
+                                static_cast<std::uint32_t>(last));
+        }
+    }
+    return text;
 }
 
 void print_line(std::string_view text) {

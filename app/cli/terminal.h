@@ -17,6 +17,11 @@ std::string from_utf8(std::string_view text);
 /// and what looks the same is the same.
 std::string printable(std::string_view text);
 
+/// The characters that `printable` does not let through but for tabs and line ends, which are
+/// nothing in a page: what stands in the brackets of a regular expression of JavaScript with the
+/// flag u.
+std::string hidden_in_pages();
+
 /// What gives a machine a Vulkan device.
 inline constexpr const char* kInstallDriver =
     "apt-get install libvulkan1 mesa-vulkan-drivers (lavapipe runs on any processor)";

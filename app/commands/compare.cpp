@@ -1,5 +1,3 @@
-#include "scan/select/compare.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -22,6 +20,7 @@
 #include "app/pages/compare_page.h"
 #include "engine/base/stopwatch.h"
 #include "scan/io/csv.h"
+#include "scan/select/compare_metrics.h"
 
 namespace merl::app {
 namespace {

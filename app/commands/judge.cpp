@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <iterator>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -24,6 +25,7 @@
 #include "app/output/scan_record.h"
 #include "app/pages/judge_page.h"
 #include "app/pipeline/spheres.h"
+#include "app/pipeline/version.h"
 #include "engine/base/error.h"
 #include "engine/base/hash.h"
 #include "engine/base/stopwatch.h"
@@ -31,13 +33,12 @@
 #include "scan/io/csv.h"
 #include "scan/io/input.h"
 #include "scan/pairs/distance_table.h"
-#include "scan/votes/kit.h"
-#include "scan/votes/selection_file.h"
+#include "scan/select/selection_file.h"
+#include "scan/votes/kit_file.h"
+#include "scan/votes/kit_plan.h"
 
 namespace merl::app {
 namespace {
-
-using nlohmann::ordered_json;
 
 struct Options {
     std::string selection;
@@ -86,118 +87,63 @@ std::optional<scan::Distances> read_distances(const Options& options,
     return distances;
 }
 
-/// The materials that a kit shows, each once, and where they are in the database.
-class ShownMaterials {
-  public:
-    explicit ShownMaterials(const engine::Database& database) : database_(database) {}
-
-    /// The number of a material in the kit. Throws Error (input) when the database does not have
-    /// it, or its name is not UTF-8, which the page could not write back.
-    std::size_t number(const std::string& name) {
-        const auto found = std::ranges::find(names_, name);
-        if (found != names_.end()) {
-            return static_cast<std::size_t>(found - names_.begin());
-        }
-        const auto& all = database_.materials();
+/// Where in the database the materials are. Throws InputError when it does not have one, or a name
+/// is not UTF-8, which the page could not write back.
+std::vector<std::size_t> places_of(const std::vector<std::string>& materials,
+                                   const engine::Database& database) {
+    std::vector<std::size_t> places;
+    for (const auto& name : materials) {
+        const auto& all = database.materials();
         const auto place = std::ranges::find(all, name);
         if (place == all.end()) {
             throw InputError(
                 fmt::format("the selection has a material \"{}\", which {} has not; "
                             "--database names the database of the scan",
-                            name, database_.name()));
+                            name, database.name()));
         }
         try {
-            (void)ordered_json(name).dump();
-        } catch (const ordered_json::exception&) {
+            (void)nlohmann::json(name).dump();
+        } catch (const nlohmann::json::exception&) {
             throw InputError(
                 fmt::format("the name of the material \"{}\" is not UTF-8; a page cannot "
                             "write it into votes: rename the file and scan again",
                             name));
         }
-        names_.push_back(name);
-        places_.push_back(static_cast<std::size_t>(place - all.begin()));
-        return names_.size() - 1;
+        places.push_back(static_cast<std::size_t>(place - all.begin()));
     }
-
-    const std::vector<std::string>& names() const { return names_; }
-    const std::vector<std::size_t>& places() const { return places_; }
-
-  private:
-    const engine::Database& database_;
-    std::vector<std::string> names_;
-    std::vector<std::size_t> places_;
-};
-
-ordered_json trial_json(const scan::PlannedTrial& trial) {
-    const auto& m = trial.materials;
-    ordered_json json = {{"configuration", trial.configuration},
-                         {"kind", scan::kind_name(trial.kind)},
-                         {"left", {m[0], m[1]}},
-                         {"right", {m[2], m[3]}}};
-    if (trial.expected != 0) {
-        json["expected"] = trial.expected;
-    }
-    json["agreement"] = trial.agreement ? ordered_json(*trial.agreement) : ordered_json();
-    return json;
+    return places;
 }
 
-/// One side changes, the other does not: nobody can be wrong about what is meant.
-scan::FourMaterials practice_of(const scan::SelectionFile& selection) {
-    const auto& last = selection.configurations.back().materials;
-    return {last[0], last[0], last[0], last[1]};
+scan::KitView kit_view(const pipeline::SphereView& view) {
+    return {.size = view.sphere.size,
+            .field_of_view = view.sphere.field_of_view,
+            .lights = view.sphere.lights,
+            .exposure = view.exposure,
+            .background = view.background,
+            .encoding = pipeline::encoding_name(view.encoding)};
 }
 
-ordered_json kit_json(const Options& options, const ScannedDatabase& scanned,
-                      const scan::SelectionFile& selection, const std::string& selection_hash,
-                      const std::vector<scan::PlannedTrial>& trials) {
-    ordered_json list = ordered_json::array();
-    for (const auto& trial : trials) {
-        list.push_back(trial_json(trial));
-    }
-    const auto practice = practice_of(selection);
-    ordered_json chosen = {{"repeats_percent", options.plan.repeats},
-                           {"sentinels", options.plan.sentinels},
-                           {"random", options.plan.random},
-                           {"randomise",
-                            {{"sides", !options.keep_sides},
-                             {"pairs", !options.keep_pairs},
-                             {"order", !options.keep_order}}}};
-    chosen.update(view_json(options.image.complete_view()));
-    ordered_json json = program_json();
-    json.update(ordered_json{
-        {"kit_hash", ""},
-        {"seed", options.plan.seed},
-        {"selection_hash", selection_hash},
-        {"metrics", {as_utf8(selection.first_metric), as_utf8(selection.second_metric)}},
-        {"database", scanned.description()},
-        {"warnings", texts_json(scanned.warnings())},
-        {"options", chosen},
-        {"practice", {{"left", {practice[0], practice[1]}}, {"right", {practice[2], practice[3]}}}},
-        {"trials", list}});
-    return json;
-}
-
-/// What the page needs of the kit: materials by number, no metric, no expectation.
-ordered_json page_json(const ordered_json& kit, ShownMaterials& shown) {
-    const auto numbers = [&](const ordered_json& pair) -> ordered_json {
-        return {shown.number(pair[0].get<std::string>()), shown.number(pair[1].get<std::string>())};
-    };
-    ordered_json trials = ordered_json::array();
-    for (const auto& trial : kit["trials"]) {
-        trials.push_back({{"configuration", trial["configuration"]},
-                          {"kind", trial["kind"]},
-                          {"left", numbers(trial["left"])},
-                          {"right", numbers(trial["right"])}});
-    }
-    const auto& practice = kit["practice"];
-    return {
-        {"kit_hash", ""},
-        {"seed", kit["seed"]},
-        {"randomise", kit["options"]["randomise"]},
-        {"background", kit["options"]["background"]},
-        {"practice", {{"left", numbers(practice["left"])}, {"right", numbers(practice["right"])}}},
-        {"trials", trials},
-        {"materials", shown.names()}};
+/// The kit before its spheres are rendered.
+scan::Kit kit_of(const Options& options, const ScannedDatabase& scanned,
+                 const scan::SelectionFile& selection, const std::string& selection_hash,
+                 const std::optional<scan::Distances>& distances) {
+    std::vector<std::string> warnings;
+    std::ranges::transform(scanned.warnings(), std::back_inserter(warnings), as_utf8);
+    return {.file = {},
+            .version = pipeline::kVersion,
+            .kit_hash = {},
+            .selection_hash = selection_hash,
+            .first_metric = as_utf8(selection.first_metric),
+            .second_metric = as_utf8(selection.second_metric),
+            .database = scanned.description(),
+            .warnings = warnings,
+            .plan = options.plan,
+            .lots = {.sides = !options.keep_sides,
+                     .pairs = !options.keep_pairs,
+                     .order = !options.keep_order},
+            .view = kit_view(options.image.complete_view()),
+            .practice = scan::practice_of(selection),
+            .trials = scan::plan_kit(selection, distances ? &*distances : nullptr, options.plan)};
 }
 
 /// PNG files, [material][light].
@@ -214,31 +160,21 @@ void require_page(std::uint64_t bytes) {
     }
 }
 
-std::string kit_hash(const ordered_json& kit, const Images& images) {
-    std::string all = kit.dump();
-    for (const auto& lights : images) {
-        for (const auto& image : lights) {
-            all += image;
-        }
-    }
-    return hash_of(all);
-}
-
-void print_summary(const Options& options, const engine::Database& database,
-                   const std::vector<scan::PlannedTrial>& trials, const ShownMaterials& shown,
-                   const std::string& device, double seconds, std::size_t bytes) {
+void print_summary(const Options& options, const engine::Database& database, const scan::Kit& kit,
+                   std::size_t materials, const std::string& device, double seconds,
+                   std::size_t bytes) {
     const auto count = [&](scan::TrialKind kind) {
         return static_cast<std::uint64_t>(
-            std::ranges::count(trials, kind, &scan::PlannedTrial::kind));
+            std::ranges::count(kit.trials, kind, &scan::KitTrial::kind));
     };
     print_result("database", fmt::format("{}, {}", database.name(), database.kind()));
     print_result("trials",
-                 fmt::format("{}: {} of the selection, {}, {}, {}", trials.size(),
+                 fmt::format("{}: {} of the selection, {}, {}, {}", kit.trials.size(),
                              count(scan::TrialKind::selection),
                              counted(count(scan::TrialKind::repeat), "repeat"),
                              counted(count(scan::TrialKind::sentinel), "sentinel"),
                              counted(count(scan::TrialKind::random), "random disagreement")));
-    print_result("spheres", fmt::format("{}, {}", counted(shown.names().size(), "material"),
+    print_result("spheres", fmt::format("{}, {}", counted(materials, "material"),
                                         counted(options.image.lights.size(), "light")));
     print_result("device", device);
     print_result("seconds", fmt::format("{:.2f}", seconds));
@@ -250,12 +186,12 @@ void print_summary(const Options& options, const engine::Database& database,
 
 int run(const Options& options) {
     std::string html;
-    ordered_json kit;
+    scan::Kit kit;
     OutputDirectory out(
         options.out, options.force,
         {{.name = "index.html", .write = [&](int file) { scan::write_all(file, html); }},
          {.name = "kit.json",
-          .write = [&](int file) { scan::write_all(file, kit.dump(2) + "\n"); }}},
+          .write = [&](int file) { scan::write_all(file, scan::kit_text(kit)); }}},
         {options.selection, options.pairs});
     Stopwatch watch;
     const auto view = options.image.complete_view();
@@ -264,38 +200,33 @@ int run(const Options& options) {
     const auto found =
         find_scan_record(options.selection, "selection.csv", hash_of(text), &selection);
     const auto distances = read_distances(options, selection, found);
-    const auto trials = scan::plan_kit(selection, distances ? &*distances : nullptr, options.plan);
     const ScannedDatabase scanned(found, options.selection, options.database, options.quiet);
     std::ranges::for_each(scanned.warnings(), print_warning);
     const auto& database = scanned.database();
-    ShownMaterials shown(database);
-    for (const auto& trial : trials) {
-        std::ranges::for_each(trial.materials, [&](const auto& name) { shown.number(name); });
-    }
-    kit = kit_json(options, scanned, selection, hash_of(text), trials);
-    auto page = page_json(kit, shown);
-    Images images(shown.names().size());
-    auto& hashes = kit["database"]["material_hashes"] = ordered_json::object();
+    kit = kit_of(options, scanned, selection, hash_of(text), distances);
+    const auto shown = scan::shown_materials(kit);
+    const auto places = places_of(shown, database);
+    Images images(shown.size());
     std::uint64_t bytes = 0;
     TerminalControl terminal(options.quiet);
     try_device_where_limited(
         [&] { const device::Context context({.device = options.image.device}); });
     const auto device = pipeline::render_spheres(
-        database, shown.places(), view, options.image.device,
+        database, places, view, options.image.device,
         [&](const engine::SphereImage& sphere, const pipeline::Image& linear) {
-            scanned.check(shown.places()[sphere.material], sphere.content_hash);
-            hashes[shown.names()[sphere.material]] = sphere.content_hash;
+            scanned.check(places[sphere.material], sphere.content_hash);
+            kit.database.material_hashes[shown[sphere.material]] = sphere.content_hash;
             auto& lights = images[sphere.material];
             lights.push_back(png_file(pipeline::displayed(linear, view)));
             require_page(bytes += lights.back().size());
         },
         terminal.control());
     terminal.clear();
-    kit["kit_hash"] = page["kit_hash"] = kit_hash(kit, images);
-    html = judge_page(page, images);
+    kit.kit_hash = scan::kit_hash_of(kit, images);
+    html = judge_page(kit, images);
     out.finish();
     if (!options.quiet) {
-        print_summary(options, database, trials, shown, device_text(device), watch.lap(),
+        print_summary(options, database, kit, shown.size(), device_text(device), watch.lap(),
                       html.size());
     }
     return kSuccess;

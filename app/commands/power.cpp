@@ -94,7 +94,7 @@ int run(const Options& options) {
                                     .configurations = columns[column],
                                     .right = options.p,
                                     .equal = equal},
-                                   scan::significance);
+                                   scan::significance_level);
             });
             progress.update(static_cast<double>(row + 1) / static_cast<double>(rows));
         }
@@ -104,7 +104,7 @@ int run(const Options& options) {
         "Each vote is right with probability {:g}, equal with {:g}, wrong with {:g}; "
         "level {}.",
         options.p, equal, std::abs(1 - options.p - equal) < 1e-12 ? 0 : 1 - options.p - equal,
-        scan::significance));
+        scan::significance_level));
     print_line(
         "Expected share of configurations that are significant: one by one, and with Holm's "
         "correction for all.");
@@ -132,7 +132,7 @@ int run(const Options& options) {
                 break;
             }
         }
-        const auto fewest = scan::fewest_judges(scan::significance, columns[column], 0);
+        const auto fewest = scan::fewest_judges(scan::significance_level, columns[column], 0);
         print_line(fmt::format(
             "{:>4} configurations: {} judges for {:.0f} % of them with Holm's "
             "correction; none can be significant with fewer than {}",

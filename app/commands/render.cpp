@@ -34,7 +34,7 @@
 #include "engine/device/context.h"
 #include "scan/io/csv.h"
 #include "scan/io/input.h"
-#include "scan/votes/selection_file.h"
+#include "scan/select/selection_file.h"
 
 namespace merl::app {
 namespace {

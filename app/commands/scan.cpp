@@ -22,7 +22,7 @@
 #include "engine/base/error.h"
 #include "engine/base/stopwatch.h"
 #include "scan/io/csv.h"
-#include "scan/select/tables.h"
+#include "scan/select/scan_tables.h"
 
 namespace merl::app {
 namespace {

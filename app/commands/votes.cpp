@@ -1,6 +1,9 @@
+#include "scan/votes/votes.h"
+
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <memory>
@@ -27,7 +30,7 @@
 #include "engine/database/abc_database.h"
 #include "scan/io/csv.h"
 #include "scan/io/input.h"
-#include "scan/statistics/uniform_test.h"
+#include "scan/votes/kit_file.h"
 #include "scan/votes/survey_file.h"
 #include "scan/votes/vote_statistics.h"
 #include "scan/votes/vote_tables.h"
@@ -59,37 +62,6 @@ struct Inputs {
     std::vector<std::string> warnings;
 };
 
-/// Throws InputError when the kit shows other materials than those that were scanned, or says in
-/// `inputs` that this cannot be told.
-void compare_with_scan(const scan::VoteKit& kit, Inputs& inputs) {
-    if (!inputs.scanned || !inputs.scanned->has_database()) {
-        return;
-    }
-    const auto& scanned = *inputs.scanned;
-    if (!kit.database_kind.empty() && kit.database_kind != scanned.kind) {
-        throw InputError(
-            fmt::format("{}: its spheres are of a {}, and the scan was of a {}, as {} says: these "
-                        "judges saw other materials",
-                        kit.file, kit.database_kind, scanned.kind, scanned.summary));
-    }
-    if (kit.material_hashes.empty() || scanned.material_hashes.empty()) {
-        inputs.warnings.push_back(fmt::format(
-            "{}: was written before contents were recorded; whether its spheres show what was "
-            "scanned was not checked",
-            kit.material_hashes.empty() ? kit.file : scanned.summary));
-        return;
-    }
-    for (const auto& [material, hash] : kit.material_hashes) {
-        const auto found = scanned.material_hashes.find(material);
-        if (found == scanned.material_hashes.end() || found->second != hash) {
-            throw InputError(
-                fmt::format("{}: the sphere of \"{}\" has other content than what was scanned, as "
-                            "{} says: these judges saw other materials",
-                            kit.file, material, scanned.summary));
-        }
-    }
-}
-
 /// The name of the built-in database if that was judged: whatever is published has to say so.
 std::string stand_in_of(const Inputs& inputs) {
     return inputs.scanned && inputs.scanned->kind == engine::built_in_kind
@@ -108,9 +80,9 @@ Inputs read_inputs(const Options& options, ordered_json& sources) {
     const auto selection =
         scan::parse_selection(read(options.selection, sources["selection"]), options.selection);
     const auto selection_hash = sources["selection"]["content_hash"].get<std::string>();
-    std::optional<scan::VoteKit> kit;
+    std::optional<scan::Kit> kit;
     if (!options.kit.empty()) {
-        kit = scan::parse_vote_kit(read(options.kit, sources["kit"]), options.kit);
+        kit = scan::parse_kit(read(options.kit, sources["kit"]), options.kit);
     }
     auto found = find_scan_record(options.selection, "selection.csv", selection_hash, &selection);
     inputs.scanned = std::move(found.record);
@@ -122,11 +94,15 @@ Inputs read_inputs(const Options& options, ordered_json& sources) {
             fmt::format("{}: whether the spheres of {} show what was scanned was not checked",
                         found.why_not, kit->file));
     }
-    if (kit) {
-        compare_with_scan(*kit, inputs);
-        if (inputs.material_hashes.empty()) {
-            inputs.material_hashes = kit->material_hashes;
+    if (kit && inputs.scanned && inputs.scanned->has_database()) {
+        const auto unchecked = scan::compare_with_scan(
+            *kit, {inputs.scanned->summary, inputs.scanned->kind, inputs.scanned->material_hashes});
+        if (!unchecked.empty()) {
+            inputs.warnings.push_back(unchecked);
         }
+    }
+    if (kit && inputs.material_hashes.empty()) {
+        inputs.material_hashes = kit->database.material_hashes;
     }
     if (!options.spheres.empty() && inputs.material_hashes.empty()) {
         inputs.warnings.push_back(
@@ -138,7 +114,13 @@ Inputs read_inputs(const Options& options, ordered_json& sources) {
     sources["votes"] = ordered_json::array();
     for (const auto& path : options.files) {
         ordered_json source;
-        files.push_back(scan::parse_votes(read(path, source), path));
+        const std::string text = read(path, source);
+        if (scan::is_survey(text)) {
+            throw InputError(
+                fmt::format("{}: found {}; expected votes: a survey belongs to --survey", path,
+                            scan::survey_columns));
+        }
+        files.push_back(scan::parse_votes(text, path));
         sources["votes"].push_back(source);
         throw_if_interrupted();
     }
@@ -184,22 +166,20 @@ void print_overall(const std::string& name, const scan::Votes& votes, const scan
     }
 }
 
-void print_significance(const scan::Votes& votes, const ordered_json& json) {
-    const auto& s = json["significance"];
-    const auto counts = [&](const char* how) {
-        return fmt::format("{} {}, {} {}", votes.second_metric, s[how][1].get<std::uint64_t>(),
-                           votes.first_metric, s[how][0].get<std::uint64_t>());
+void print_significance(const scan::Votes& votes, const scan::Significance& s) {
+    const auto counts = [&](const std::array<std::uint64_t, 2>& significant) {
+        return fmt::format("{} {}, {} {}", votes.second_metric, significant[1], votes.first_metric,
+                           significant[0]);
     };
-    print_result("significant", fmt::format("of {} configurations at {}, one by one: {}",
-                                            s["configurations"].get<std::uint64_t>(),
-                                            scan::significance, counts("alone")));
-    print_result("", fmt::format("with Holm's correction for all of them: {}", counts("holm")));
-    const auto& fewest = s["fewest_judges_by_equal_votes"];
-    if (!fewest.empty() && fewest[0].is_number()) {
+    print_result("significant",
+                 fmt::format("of {} configurations at {}, one by one: {}", s.configurations,
+                             scan::significance_level, counts(s.alone)));
+    print_result("", fmt::format("with Holm's correction for all of them: {}", counts(s.holm)));
+    if (s.fewest_judges[0] && s.fewest_judges[1]) {
         print_result("",
                      fmt::format("which takes {} judges or more who all say the same, {} if one "
                                  "of them says equal",
-                                 fewest[0].get<std::uint64_t>(), fewest[1].get<std::uint64_t>()));
+                                 *s.fewest_judges[0], *s.fewest_judges[1]));
     }
 }
 
@@ -245,7 +225,7 @@ void print_judges(const scan::Votes& votes, const scan::VoteStatistics& statisti
 }
 
 void print_summary(const Options& options, const Inputs& inputs,
-                   const scan::VoteStatistics& statistics, const ordered_json& json) {
+                   const scan::VoteStatistics& statistics) {
     const auto& votes = inputs.votes;
     print_result("judges", fmt::format("{}, {} trials each{}", votes.judges.size(),
                                        fmt::group_digits(votes.trials),
@@ -258,7 +238,7 @@ void print_summary(const Options& options, const Inputs& inputs,
     if (statistics.random) {
         print_overall("random", votes, *statistics.random);
     }
-    print_significance(votes, json);
+    print_significance(votes, statistics.significance);
     print_judges(votes, statistics);
     print_result("intervals", fmt::format("95 %, {} bootstrap samples, seed {}",
                                           fmt::group_digits(options.bootstrap.replicates),
@@ -331,7 +311,7 @@ int run(const Options& options) {
     summary["figures"] = votes_json(inputs.votes, statistics);
     out.finish();
     if (!options.quiet) {
-        print_summary(options, inputs, statistics, summary["figures"]);
+        print_summary(options, inputs, statistics);
     }
     return kSuccess;
 }

@@ -92,17 +92,13 @@ std::string content_hash_of_file(const std::filesystem::path& path) {
 }
 
 nlohmann::ordered_json view_json(const pipeline::SphereView& view) {
-    return {{"size", view.sphere.size},
-            {"field_of_view", view.sphere.field_of_view},
-            {"lights", view.sphere.lights},
-            {"exposure", view.exposure},
-            {"background", view.background},
-            {"encoding", view.encoding == pipeline::Encoding::gamma ? "gamma" : "srgb"}};
+    return {{"size", view.sphere.size},      {"field_of_view", view.sphere.field_of_view},
+            {"lights", view.sphere.lights},  {"exposure", view.exposure},
+            {"background", view.background}, {"encoding", pipeline::encoding_name(view.encoding)}};
 }
 
 nlohmann::ordered_json program_json() {
-    return {{"format", scan::json_format},
-            {"program", {{"name", "merl-scan"}, {"version", pipeline::kVersion}}}};
+    return scan::json_head(pipeline::kVersion);
 }
 
 nlohmann::ordered_json texts_json(const std::vector<std::pair<std::string, std::string>>& texts) {

@@ -186,11 +186,11 @@ void ScannedDatabase::check(std::size_t material, const std::string& content_has
     }
 }
 
-ordered_json ScannedDatabase::description() const {
-    return {{"name", as_utf8(database_->name())},
-            {"kind", database_->kind()},
-            {"content_hash", checked_ ? ordered_json(record_->content_hash) : ordered_json()},
-            {"checked", checked_}};
+scan::KitDatabase ScannedDatabase::description() const {
+    return {.name = as_utf8(database_->name()),
+            .kind = database_->kind(),
+            .content_hash = checked_ ? std::optional(record_->content_hash) : std::nullopt,
+            .checked = checked_};
 }
 
 }  // namespace merl::app

@@ -10,7 +10,8 @@
 
 #include "engine/base/error.h"
 #include "engine/database/database.h"
-#include "scan/votes/selection_file.h"
+#include "scan/select/selection_file.h"
+#include "scan/votes/kit_file.h"
 
 namespace merl::app {
 
@@ -70,8 +71,8 @@ class ScannedDatabase {
     /// What the user should know.
     const std::vector<std::string>& warnings() const { return warnings_; }
 
-    /// For a kit: `name`, `kind`, `content_hash` of the whole (null if nobody knows), `checked`.
-    nlohmann::ordered_json description() const;
+    /// What a kit says of it, but for the hashes of what it shows.
+    scan::KitDatabase description() const;
 
   private:
     std::optional<ScanRecord> record_;

@@ -1,11 +1,9 @@
 #include "app/output/votes_json.h"
 
-#include <array>
 #include <string>
 
 #include "app/cli/terminal.h"
 #include "app/output/json.h"
-#include "scan/statistics/uniform_test.h"
 
 namespace merl::app {
 namespace {
@@ -45,7 +43,6 @@ ordered_json overall(const scan::OverallVotes& o) {
              {estimate_json(o.shares[0]), estimate_json(o.shares[1]), estimate_json(o.shares[2])}},
             {"lead", estimate_json(o.lead)},
             {"p_value", figure_json(o.p_value)},
-            {"too_few", o.lead.too_few.empty() ? ordered_json() : ordered_json(o.lead.too_few)},
             {"judges", {o.judges_first, o.judges_second}},
             {"judges_p", figure_json(o.judges_p)},
             {"majorities", {o.first_right, o.second_right}}};
@@ -66,30 +63,21 @@ ordered_json configuration(const scan::Votes& votes, const scan::ConfigurationVo
     return json;
 }
 
-/// How many configurations are significant, and from how many judges on any can be.
-ordered_json significance(const scan::Votes& votes, const scan::VoteStatistics& statistics) {
-    std::array<std::uint64_t, 2> alone{};
-    std::array<std::uint64_t, 2> holm{};
-    std::uint64_t family = 0;
-    for (const auto& row : statistics.configurations) {
-        if (votes.configurations[row.configuration].kind == scan::TrialKind::selection) {
-            ++family;
-            alone[0] += row.p_first <= scan::significance ? 1 : 0;
-            alone[1] += row.p_second <= scan::significance ? 1 : 0;
-            holm[0] += row.p_first_holm <= scan::significance ? 1 : 0;
-            holm[1] += row.p_second_holm <= scan::significance ? 1 : 0;
+ordered_json significance(const scan::Significance& s) {
+    ordered_json fewest = ordered_json::array();
+    for (const auto& judges : s.fewest_judges) {
+        if (s.configurations > 0) {
+            fewest.push_back(judges ? ordered_json(*judges) : ordered_json());
         }
     }
-    ordered_json judges = ordered_json::array();
-    for (std::uint32_t equal = 0; equal <= 2 && family > 0; ++equal) {
-        const auto fewest = scan::fewest_judges(scan::significance, family, equal);
-        judges.push_back(fewest ? ordered_json(*fewest) : ordered_json());
-    }
-    return {{"level", scan::significance},
-            {"configurations", family},
-            {"alone", alone},
-            {"holm", holm},
-            {"fewest_judges_by_equal_votes", judges}};
+    return {{"level", scan::significance_level},
+            {"configurations", s.configurations},
+            {"alone", s.alone},
+            {"holm", s.holm},
+            {"fewest_judges_by_equal_votes", fewest},
+            {"most_votes", s.most_votes},
+            {"least_p", s.least_p},
+            {"least_p_needed", s.least_p_needed}};
 }
 
 ordered_json judge(const scan::Judge& who, const scan::JudgeVotes& j) {
@@ -115,7 +103,7 @@ ordered_json votes_json(const scan::Votes& votes, const scan::VoteStatistics& st
         {"trials", votes.trials},
         {"selection", overall(statistics.selection)},
         {"random", statistics.random ? overall(*statistics.random) : ordered_json()},
-        {"significance", significance(votes, statistics)},
+        {"significance", significance(statistics.significance)},
         {"krippendorff_alpha", estimate_json(statistics.alpha)},
         {"side_bias", bias(statistics.bias)},
         {"repeats", checks(statistics.repeats)},

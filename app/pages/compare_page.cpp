@@ -105,7 +105,7 @@ ordered_json page_data(const pipeline::PairDistances& distances,
 
 std::string compare_page(const pipeline::PairDistances& distances,
                          const scan::ComparisonResult& compared) {
-    return filled_in(kComparePage, "%DATA%", script_json(page_data(distances, compared)));
+    return page_of(kComparePage, page_data(distances, compared));
 }
 
 }  // namespace merl::app

@@ -3,7 +3,7 @@
 #include <string>
 
 #include "app/pipeline/pair_distances.h"
-#include "scan/select/compare.h"
+#include "scan/select/compare_metrics.h"
 
 namespace merl::app {
 

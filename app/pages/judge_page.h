@@ -1,14 +1,15 @@
 #pragma once
 
-#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
+#include "scan/votes/kit_file.h"
+
 namespace merl::app {
 
-/// index.html of a kit: `data` is what the script of judge_page.html reads, but for the images,
-/// which are put in as files of PNG, [material][light].
-std::string judge_page(const nlohmann::ordered_json& data,
-                       const std::vector<std::vector<std::string>>& images);
+/// index.html of a kit, with its images: PNG files, [material][light], of the materials as
+/// scan::shown_materials has them. Nothing in it says which metric is on which side, or what is
+/// expected of a judge.
+std::string judge_page(const scan::Kit& kit, const std::vector<std::vector<std::string>>& images);
 
 }  // namespace merl::app

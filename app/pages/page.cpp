@@ -4,6 +4,9 @@
 
 #include <cstdint>
 #include <stdexcept>
+#include <utility>
+
+#include "app/cli/terminal.h"
 
 namespace merl::app {
 
@@ -68,6 +71,11 @@ std::string filled_in(std::string page, std::string_view place, const std::strin
         throw std::logic_error(fmt::format("the page has no place for its {}", place));
     }
     return page.replace(at, place.size(), text);
+}
+
+std::string page_of(std::string page, const nlohmann::ordered_json& data) {
+    page = filled_in(std::move(page), "%HIDDEN%", hidden_in_pages());
+    return filled_in(std::move(page), "%DATA%", script_json(data));
 }
 
 }  // namespace merl::app

@@ -15,6 +15,10 @@ std::string script_json(const nlohmann::ordered_json& json);
 /// RFC 4648, section 4.
 std::string base64(std::string_view bytes);
 
+/// A page that shows names and texts of users, with its two places filled in: %DATA% with the data
+/// for its script, and %HIDDEN% with the characters that it has to make visible.
+std::string page_of(std::string page, const nlohmann::ordered_json& data);
+
 /// The page with `text` in the one place called `place`. Throws std::logic_error where it is
 /// missing.
 std::string filled_in(std::string page, std::string_view place, const std::string& text);

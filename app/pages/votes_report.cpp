@@ -109,7 +109,7 @@ std::string votes_report(const ordered_json& summary, const std::vector<scan::Su
         data["survey"].push_back({as_utf8(judge), as_utf8(question), as_utf8(answer)});
     }
     data["images"] = images;
-    return filled_in(kVotesPage, "%DATA%", script_json(data));
+    return page_of(kVotesPage, data);
 }
 
 }  // namespace merl::app

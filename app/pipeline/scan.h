@@ -12,7 +12,7 @@
 #include "engine/database/database.h"
 #include "engine/metric/metric.h"
 #include "scan/pairs/agreement.h"
-#include "scan/pairs/census.h"
+#include "scan/pairs/count.h"
 #include "scan/pairs/pairs.h"
 
 namespace merl::pipeline {

@@ -50,6 +50,10 @@ Image compose(std::span<const engine::SpherePixel> pixels, const SphereView& vie
 
 }  // namespace
 
+const char* encoding_name(Encoding encoding) {
+    return encoding == Encoding::gamma ? "gamma" : "srgb";
+}
+
 Image displayed(const Image& linear, const SphereView& view) {
     Image image = linear;
     for (auto& pixel : image.pixels) {

@@ -16,6 +16,9 @@ namespace merl::pipeline {
 /// How light is encoded for display: gamma 1/2.2 as in Ryman 2018, or sRGB.
 enum class Encoding { gamma, srgb };
 
+/// "gamma" or "srgb".
+const char* encoding_name(Encoding encoding);
+
 /// How spheres are seen and shown.
 struct SphereView {
     engine::SphereOptions sphere = {};

@@ -17,7 +17,7 @@
 #include "engine/device/context.h"
 #include "engine/distance/distances.h"
 #include "engine/distance/float64_distances.h"
-#include "scan/pairs/census.h"
+#include "scan/pairs/count.h"
 
 namespace merl::pipeline {
 namespace {

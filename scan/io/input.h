@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <exception>
 #include <string>
@@ -20,7 +21,11 @@ std::string stopped_run_beside(const std::string& path);
 /// The largest text that is read: a thousand materials under forty metrics.
 inline constexpr std::uint64_t max_input_bytes = std::uint64_t{1} << 30U;
 
-/// The largest file about what judges are to see or have seen: a hundred thousand trials.
+/// Most configurations of a selection and trials of a kit or a judge; no judge sees a thousandth of
+/// them.
+inline constexpr std::size_t max_trials = 100'000;
+
+/// The largest file about what judges are to see or have seen: `max_trials` of them.
 inline constexpr std::uint64_t max_trials_bytes = std::uint64_t{1} << 28U;
 
 /// The bytes of a regular file. Throws InputError when it cannot be read, is empty or has more than

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <cstdint>
+#include <nlohmann/json.hpp>
 #include <string>
 
 #include "engine/base/error.h"
@@ -13,6 +14,11 @@ namespace merl::scan {
 /// What `format` is in the JSON files that are written: it grows when a reader of an older version
 /// would misunderstand them. Files of before there were formats have none.
 inline constexpr std::uint64_t json_format = 1;
+
+/// What each of them begins with: its format, and the program that wrote it.
+inline nlohmann::ordered_json json_head(const std::string& version) {
+    return {{"format", json_format}, {"program", {{"name", "merl-scan"}, {"version", version}}}};
+}
 
 /// Throws InputError, calling the file `file`, when `content`, an object of nlohmann::json, has a
 /// format that is not known here.

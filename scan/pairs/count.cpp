@@ -1,11 +1,13 @@
 #include "scan/pairs/count.h"
 
+#include <fmt/format.h>
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_reduce.h>
 
 #include <algorithm>
 #include <cstddef>
 #include <functional>
+#include <stdexcept>
 #include <utility>
 #include <vector>
 
@@ -150,6 +152,20 @@ Counts count_by_inversions(const Distances& distances) {
         counts.tied_both;
     counts.tied_second_only = count_ties(second, std::equal_to<>()) - counts.tied_both;
     return counts;
+}
+
+Census count_disagreements(const Distances& distances) {
+    const Counts counts = count_by_inversions(distances);
+    if (counts.configurations > max_streamed) {
+        return {counts, false};
+    }
+    const Counts streamed = count_by_streaming(distances);
+    if (streamed != counts) {
+        throw std::logic_error(fmt::format(
+            "internal error: streaming counts {} disagreements where the inversions give {}",
+            streamed.disagreements(), counts.disagreements()));
+    }
+    return {counts, true};
 }
 
 }  // namespace merl::scan

@@ -14,7 +14,7 @@
 #include <thread>
 
 #include "scan/pairs/count.h"
-#include "scan/select/search.h"
+#include "scan/select/disagreement_search.h"
 
 namespace merl::scan {
 namespace {

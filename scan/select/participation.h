@@ -5,7 +5,7 @@
 
 #include "scan/pairs/agreement.h"
 #include "scan/pairs/pairs.h"
-#include "scan/select/search.h"
+#include "scan/select/disagreement_search.h"
 
 namespace merl::scan {
 

@@ -1,7 +1,7 @@
 #include "scan/select/selection.h"
 
+#include "scan/select/disagreement_search.h"
 #include "scan/select/participation.h"
-#include "scan/select/search.h"
 
 namespace merl::scan {
 

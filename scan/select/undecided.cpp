@@ -11,8 +11,8 @@
 #include <stdexcept>
 #include <utility>
 
+#include "scan/select/disagreement_search.h"
 #include "scan/select/participation.h"
-#include "scan/select/search.h"
 
 namespace merl::scan {
 namespace {

@@ -3,14 +3,23 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <set>
 #include <utility>
 
 #include "scan/io/csv.h"
 #include "scan/io/csv_reader.h"
+#include "scan/io/input.h"
 #include "scan/votes/judge_name.h"
 
 namespace merl::scan {
+
+bool is_survey(std::string_view text) {
+    text = without_byte_order_mark(text);
+    const auto rest = text.substr(std::min(survey_columns.size(), text.size()));
+    return text.starts_with(survey_columns) &&
+           (rest.empty() || rest.front() == '\n' || rest.front() == '\r');
+}
 
 void parse_survey(std::string_view text, const std::string& file,
                   std::vector<SurveyAnswer>& answers) {

@@ -21,6 +21,9 @@ struct SurveyAnswer {
     std::string answer;  ///< anything
 };
 
+/// Whether a text begins with the header of a file of answers.
+bool is_survey(std::string_view text);
+
 /// Reads answers from CSV (csv_reader.h) with the columns judge,question,answer and appends them.
 /// Throws InputError.
 void parse_survey(std::string_view text, const std::string& file,

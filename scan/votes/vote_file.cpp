@@ -9,7 +9,7 @@
 
 #include "engine/base/number.h"
 #include "scan/io/csv_reader.h"
-#include "scan/votes/survey_file.h"
+#include "scan/io/input.h"
 
 namespace merl::scan {
 namespace {
@@ -114,10 +114,8 @@ class RowReader {
 void expect_header(CsvReader& reader) {
     const auto header = reader.header();
     if (header != vote_header) {
-        const bool survey = fmt::format("{}", fmt::join(header, ",")) == survey_columns;
-        reader.fail(fmt::format(R"(found {}; expected {}, "{}"{})", columns_text(header),
-                                vote_header.size(), fmt::join(vote_header, ","),
-                                survey ? "; a survey belongs to --survey" : ""));
+        reader.fail(fmt::format(R"(found {}; expected {}, "{}")", columns_text(header),
+                                vote_header.size(), fmt::join(vote_header, ",")));
     }
 }
 
@@ -131,28 +129,6 @@ std::optional<TrialKind> kind_of(std::string_view name) {
     const auto* const found =
         std::ranges::find(kinds, name, [](const auto& k) { return k.second; });
     return found == kinds.end() ? std::nullopt : std::optional(found->first);
-}
-
-bool same_sides(const FourMaterials& one, const FourMaterials& other) {
-    return std::minmax(one[0], one[1]) == std::minmax(other[0], other[1]) &&
-           std::minmax(one[2], one[3]) == std::minmax(other[2], other[3]);
-}
-
-FourMaterials swapped_sides(const FourMaterials& materials) {
-    return {materials[2], materials[3], materials[0], materials[1]};
-}
-
-std::string fault_of(const FourMaterials& m) {
-    if (std::ranges::find(m, "") != m.end()) {
-        return "found a material without a name";
-    }
-    if (m[0] == m[1] || m[2] == m[3]) {
-        return fmt::format("found \"{}\" twice in a pair; expected two materials",
-                           m[0] == m[1] ? m[0] : m[2]);
-    }
-    return std::minmax(m[0], m[1]) == std::minmax(m[2], m[3])
-               ? fmt::format(R"(found "{}" and "{}" on both sides; expected two pairs)", m[0], m[1])
-               : "";
 }
 
 VoteFile parse_votes(std::string_view text, const std::string& file) {

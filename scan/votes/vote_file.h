@@ -1,6 +1,5 @@
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -8,11 +7,9 @@
 #include <vector>
 
 #include "engine/base/error.h"
+#include "scan/pairs/four_materials.h"
 
 namespace merl::scan {
-
-/// Most rows of one judge's file; no judge sees a thousandth of them.
-inline constexpr std::size_t max_trials = 100'000;
 
 /// Why a configuration was shown.
 enum class TrialKind : std::uint8_t {
@@ -27,19 +24,6 @@ std::string_view kind_name(TrialKind kind);
 
 /// The kind of that name; none for any other text.
 std::optional<TrialKind> kind_of(std::string_view name);
-
-/// The materials of a configuration: the left pair, then the right one.
-using FourMaterials = std::array<std::string, 4>;
-
-/// Whether both have the same pairs on the same sides, in whatever order within each pair.
-bool same_sides(const FourMaterials& one, const FourMaterials& other);
-
-/// The same configuration with its sides exchanged.
-FourMaterials swapped_sides(const FourMaterials& materials);
-
-/// Throws nothing and returns what is wrong with the materials of a configuration: one without a
-/// name, a pair of one material, the same pair on both sides. Empty: nothing is.
-std::string fault_of(const FourMaterials& materials);
 
 /// One trial of a judge, as the screen showed it.
 struct TrialRow {

@@ -67,6 +67,7 @@ class Statistics {
         VoteStatistics result{};
         add_configurations(result, TrialKind::selection);
         add_configurations(result, TrialKind::random);
+        result.significance = significance(result);
         result.selection = overall(result, TrialKind::selection);
         if (has(TrialKind::random)) {
             result.random = overall(result, TrialKind::random);
@@ -81,13 +82,14 @@ class Statistics {
     }
 
   private:
-    /// The progress of one bootstrap of five: two of the selection, two of random configurations,
-    /// and alpha's.
-    std::function<void(double share)> next_part() const {
-        const int part = parts_++;
+    /// The bootstraps, in their order: of the share of the votes for a side, and of alpha.
+    enum class Part { selection_first, selection_second, random_first, random_second, alpha, end };
+
+    /// The progress of one of them.
+    std::function<void(double share)> progress_of(Part part) const {
         return [this, part](double share) {
             if (progress_) {
-                progress_((part + share) / 5);
+                progress_((static_cast<double>(part) + share) / static_cast<double>(Part::end));
             }
         };
     }
@@ -143,6 +145,30 @@ class Statistics {
         }
     }
 
+    Significance significance(const VoteStatistics& result) const {
+        Significance s;
+        const auto count = [](std::array<std::uint64_t, 2>& counts, double first, double second) {
+            counts[0] += first <= significance_level ? 1 : 0;
+            counts[1] += second <= significance_level ? 1 : 0;
+        };
+        for (const auto& row : result.configurations) {
+            if (votes_.configurations[row.configuration].kind == TrialKind::selection) {
+                ++s.configurations;
+                count(s.alone, row.p_first, row.p_second);
+                count(s.holm, row.p_first_holm, row.p_second_holm);
+                s.most_votes = std::max(s.most_votes, row.sides.answered());
+            }
+        }
+        for (std::uint32_t equal = 0; equal < s.fewest_judges.size() && s.configurations > 0;
+             ++equal) {
+            s.fewest_judges.at(equal) = fewest_judges(significance_level, s.configurations, equal);
+        }
+        s.least_p = std::pow(3.0, -static_cast<double>(s.most_votes));
+        s.least_p_needed =
+            significance_level / static_cast<double>(std::max<std::uint64_t>(1, s.configurations));
+        return s;
+    }
+
     /// The bootstrapped shares of the votes for one side on configurations of this kind.
     std::vector<double> shares_drawn(TrialKind kind, const MaterialsOf& materials,
                                      std::uint8_t side) const {
@@ -154,8 +180,13 @@ class Statistics {
                 }
             }
         }
+        const bool first = side == 1;
+        const Part part = kind == TrialKind::selection
+                              ? (first ? Part::selection_first : Part::selection_second)
+                              : (first ? Part::random_first : Part::random_second);
         return crossed_bootstrap(values, static_cast<std::uint32_t>(looks_.size()),
-                                 materials.configurations, materials.count, options_, next_part());
+                                 materials.configurations, materials.count, options_,
+                                 progress_of(part));
     }
 
     OverallVotes overall(const VoteStatistics& result, TrialKind kind) const {
@@ -282,7 +313,7 @@ class Statistics {
                                  static_cast<std::uint32_t>(votes[2])});
             }
         }
-        return ordinal_alpha(units, options_, next_part());
+        return ordinal_alpha(units, options_, progress_of(Part::alpha));
     }
 
     void add_judges(VoteStatistics& result) const {
@@ -362,7 +393,6 @@ class Statistics {
     const Votes& votes_;
     const BootstrapOptions& options_;
     const std::function<void(double share)>& progress_;
-    mutable int parts_ = 0;  // of the bootstraps that have begun
     std::vector<std::vector<std::uint8_t>> looks_;
 };
 

@@ -14,6 +14,9 @@
 
 namespace merl::scan {
 
+/// The level of significance of Ryman 2018.
+inline constexpr double significance_level = 0.05;
+
 /// How many votes were 1, 2 and 3, and how many are missing. With the sides undone (Ballot::side) 1
 /// agrees with the first metric and 3 with the second.
 struct OptionCounts {
@@ -88,8 +91,22 @@ struct OverallVotes {
     std::uint64_t second_right;
 };
 
+/// What the p-values of the configurations of the selection say together, at significance_level.
+struct Significance {
+    std::uint64_t configurations = 0;      ///< of the selection, with or without votes
+    std::array<std::uint64_t, 2> alone{};  ///< significant for the first and the second metric
+    std::array<std::uint64_t, 2> holm{};   ///< the same with Holm's correction
+    /// The fewest judges with whom a configuration can be significant with Holm's correction if 0,
+    /// 1 and 2 of them say "equal" and all others the same (fewest_judges).
+    std::array<std::optional<std::uint32_t>, 3> fewest_judges{};
+    std::uint64_t most_votes = 0;  ///< on any configuration of the selection
+    double least_p = 0;            ///< the smallest p-value that so many votes can have
+    double least_p_needed = 0;     ///< what Holm's correction asks of the smallest p-value
+};
+
 struct VoteStatistics {
     std::vector<ConfigurationVotes> configurations;  ///< selection and random, as in Votes
+    Significance significance;
     std::vector<JudgeVotes> judges;
     OverallVotes selection;
     std::optional<OverallVotes> random;  ///< where there are random configurations
@@ -100,9 +117,6 @@ struct VoteStatistics {
     bool sentinels_known;  ///< whether the kit says what their answers should be
     ResponseTimes times;
 };
-
-/// The level of significance of Ryman 2018.
-inline constexpr double significance = 0.05;
 
 /// All figures. Nothing depends on the number of threads. `progress` is called with the share that
 /// is done; what it throws comes out.

@@ -50,9 +50,9 @@ void write_configuration_votes(int file, const Votes& votes, const VoteStatistic
             append_figure(text, figure);
         }
         text += ',';
-        if (row.p_second <= significance) {
+        if (row.p_second <= significance_level) {
             text += csv_field(votes.second_metric);
-        } else if (row.p_first <= significance) {
+        } else if (row.p_first <= significance_level) {
             text += csv_field(votes.first_metric);
         }
         text += '\n';
@@ -99,21 +99,12 @@ void write_judgements(int file, const Votes& votes, const VoteStatistics& statis
 std::string thesis_table(const Votes& votes, const VoteStatistics& statistics) {
     // By number of votes, most votes for the second metric first.
     std::map<std::array<std::uint64_t, 3>, std::pair<std::uint64_t, double>, std::greater<>> rows;
-    OptionCounts all;
-    std::uint64_t configurations = 0;
-    std::uint64_t significant = 0;
     for (const auto& row : statistics.configurations) {
-        if (votes.configurations[row.configuration].kind != TrialKind::selection) {
-            continue;
-        }
-        const auto& v = row.sides.votes;
-        auto& [count, p] = rows[{v[2], v[1], v[0]}];
-        ++count;
-        p = row.p_second;
-        ++configurations;
-        significant += row.p_second <= significance ? 1 : 0;
-        for (std::size_t option = 0; option < 3; ++option) {
-            all.votes.at(option) += v.at(option);
+        if (votes.configurations[row.configuration].kind == TrialKind::selection) {
+            const auto& v = row.sides.votes;
+            auto& [count, p] = rows[{v[2], v[1], v[0]}];
+            ++count;
+            p = row.p_second;
         }
     }
     std::size_t width = 5;
@@ -135,11 +126,12 @@ std::string thesis_table(const Votes& votes, const VoteStatistics& statistics) {
                                                static_cast<double>(n)),
             row.first, n == 0 ? "" : fmt::format("{:.4f}", row.second));
     }
+    const auto& all = statistics.selection.sides.votes;
     text += fmt::format("\noption 1 ({})  {}\noption 2 (equal)  {}\noption 3 ({})  {}\n",
-                        votes.first_metric, all.votes[0], all.votes[1], votes.second_metric,
-                        all.votes[2]);
-    text += fmt::format("{} of {} configurations favour {} at {}, each by itself\n", significant,
-                        configurations, votes.second_metric, significance);
+                        votes.first_metric, all[0], all[1], votes.second_metric, all[2]);
+    text += fmt::format("{} of {} configurations favour {} at {}, each by itself\n",
+                        statistics.significance.alone[1], statistics.significance.configurations,
+                        votes.second_metric, significance_level);
     return text;
 }
 

@@ -23,8 +23,7 @@ std::string text_of(const FourMaterials& m) {
 /// The configurations and trials of the experiment, as they become known.
 class Experiment {
   public:
-    Experiment(const SelectionFile& selection, const VoteKit* kit)
-        : selection_(selection), kit_(kit) {
+    Experiment(const SelectionFile& selection, const Kit* kit) : selection_(selection), kit_(kit) {
         for (std::size_t i = 0; i < selection.configurations.size() && kit == nullptr; ++i) {
             const auto& row = selection.configurations[i];
             add({.number = i + 1,
@@ -92,7 +91,7 @@ class Experiment {
         trials_.emplace(configuration.number, repeat);
     }
 
-    void add_kit(const VoteKit& kit) {
+    void add_kit(const Kit& kit) {
         const auto fail = [&](std::uint64_t number, std::string_view what) {
             throw InputError(fmt::format("{}: configuration {} {}", kit.file, number, what));
         };
@@ -133,13 +132,12 @@ class Experiment {
     }
 
     const SelectionFile& selection_;
-    const VoteKit* kit_;
+    const Kit* kit_;
     std::map<std::uint64_t, JudgedConfiguration> configurations_;
     std::set<Trial> trials_;
 };
 
-void check_kit(const SelectionFile& selection, const std::string& selection_hash,
-               const VoteKit& kit) {
+void check_kit(const SelectionFile& selection, const std::string& selection_hash, const Kit& kit) {
     if (kit.first_metric != selection.first_metric ||
         kit.second_metric != selection.second_metric) {
         throw InputError(
@@ -185,7 +183,7 @@ bool has_more(const VoteFile& one, const VoteFile& other) {
 }
 
 /// The files of the same kit, one a judge; says in `warnings` which others there were.
-std::vector<const VoteFile*> counted_files(const VoteKit* kit, std::span<const VoteFile> files,
+std::vector<const VoteFile*> counted_files(const Kit* kit, std::span<const VoteFile> files,
                                            std::vector<std::string>& warnings) {
     std::vector<const VoteFile*> counted;
     std::map<std::wstring, std::size_t> judges;  // where in `counted`
@@ -227,8 +225,34 @@ std::vector<const VoteFile*> counted_files(const VoteKit* kit, std::span<const V
 
 }  // namespace
 
+std::string compare_with_scan(const Kit& kit, const ScannedMaterials& scanned) {
+    const auto& shown = kit.database;
+    if (!shown.kind.empty() && shown.kind != scanned.kind) {
+        throw InputError(
+            fmt::format("{}: its spheres are of a {}, and the scan was of a {}, as {} says: these "
+                        "judges saw other materials",
+                        kit.file, shown.kind, scanned.kind, scanned.file));
+    }
+    if (shown.material_hashes.empty() || scanned.hashes.empty()) {
+        return fmt::format(
+            "{}: was written before contents were recorded; whether its spheres show what was "
+            "scanned was not checked",
+            shown.material_hashes.empty() ? kit.file : scanned.file);
+    }
+    for (const auto& [material, hash] : shown.material_hashes) {
+        const auto found = scanned.hashes.find(material);
+        if (found == scanned.hashes.end() || found->second != hash) {
+            throw InputError(
+                fmt::format("{}: the sphere of \"{}\" has other content than what was scanned, as "
+                            "{} says: these judges saw other materials",
+                            kit.file, material, scanned.file));
+        }
+    }
+    return {};
+}
+
 Votes gather_votes(const SelectionFile& selection, const std::string& selection_hash,
-                   const VoteKit* kit, std::span<const VoteFile> files) {
+                   const Kit* kit, std::span<const VoteFile> files) {
     if (files.empty()) {
         throw InputError("found no votes; expected at least one judge's file");
     }

@@ -1,15 +1,16 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "engine/base/error.h"
-#include "scan/votes/selection_file.h"
+#include "scan/select/selection_file.h"
+#include "scan/votes/kit_file.h"
 #include "scan/votes/vote_file.h"
-#include "scan/votes/vote_kit.h"
 
 namespace merl::scan {
 
@@ -55,6 +56,17 @@ struct Votes {
     std::vector<std::string> warnings = {};           ///< saves not counted, one line each
 };
 
+/// What was scanned, as the summary of a scan has it.
+struct ScannedMaterials {
+    std::string file;                           ///< the summary, as errors call it
+    std::string kind;                           ///< of the database
+    std::map<std::string, std::string> hashes;  ///< by material; older summaries have none
+};
+
+/// Throws InputError when the kit shows other materials than those that were scanned. Returns why
+/// that cannot be told; empty if it was.
+std::string compare_with_scan(const Kit& kit, const ScannedMaterials& scanned);
+
 /// Puts the judges' files together and checks them: every file has the same kit hash (that of the
 /// kit, if there is one), and of several saves of a judge (judge_name.h) the fullest, which has all
 /// answers of the others, counts; every row shows the pairs of its configuration on the
@@ -64,6 +76,6 @@ struct Votes {
 /// `selection_hash` is the hash of selection.csv, which a kit must have been made from. Throws
 /// InputError that names file and line.
 Votes gather_votes(const SelectionFile& selection, const std::string& selection_hash,
-                   const VoteKit* kit, std::span<const VoteFile> files);
+                   const Kit* kit, std::span<const VoteFile> files);
 
 }  // namespace merl::scan

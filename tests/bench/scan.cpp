@@ -9,11 +9,10 @@
 #include <vector>
 
 #include "app/pipeline/refine.h"
-#include "scan/pairs/census.h"
 #include "scan/pairs/count.h"
 #include "scan/select/disagreements.h"
+#include "scan/select/scan_tables.h"
 #include "scan/select/selection.h"
-#include "scan/select/tables.h"
 #include "scan/select/undecided.h"
 #include "tests/bench/bench.h"
 #include "tests/bench/inputs.h"

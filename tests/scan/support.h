@@ -4,6 +4,7 @@
 #include <functional>
 #include <iosfwd>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "scan/pairs/agreement.h"
@@ -39,6 +40,15 @@ std::vector<Configuration> plain_selection(const Distances& distances,
 
 /// Calls `body` with `threads` threads at its disposal.
 void with_threads(int threads, const std::function<void()>& body);
+
+/// A kit.json of two configurations, a repeat and a sentinel, without what may be missing.
+inline constexpr std::string_view small_kit = R"({"kit_hash": "k", "seed": 1, "selection_hash": "h",
+    "metrics": ["x", "y"], "more": [1], "trials": [
+    {"configuration": 1, "kind": "selection", "left": ["b", "a"], "right": ["c", "d"]},
+    {"configuration": 2, "kind": "selection", "left": ["a", "c"], "right": ["b", "d"]},
+    {"configuration": 2, "kind": "repeat", "left": ["a", "c"], "right": ["b", "d"]},
+    {"configuration": 3, "kind": "sentinel", "left": ["a", "d"], "right": ["b", "c"],
+     "expected": 3, "agreement": 0.5}]})";
 
 }  // namespace testing
 }  // namespace merl::scan

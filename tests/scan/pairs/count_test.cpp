@@ -2,7 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include "scan/pairs/census.h"
 #include "tests/scan/support.h"
 
 namespace merl::scan {

@@ -6,11 +6,11 @@
 #include <limits>
 #include <stdexcept>
 
-#include "scan/pairs/census.h"
+#include "scan/pairs/count.h"
+#include "scan/select/disagreement_search.h"
 #include "scan/select/disagreements.h"
-#include "scan/select/search.h"
+#include "scan/select/scan_tables.h"
 #include "scan/select/selection.h"
-#include "scan/select/tables.h"
 #include "scan/select/undecided.h"
 #include "tests/scan/support.h"
 

@@ -7,7 +7,7 @@
 #include <limits>
 #include <stdexcept>
 
-#include "scan/select/search.h"
+#include "scan/select/disagreement_search.h"
 #include "tests/scan/support.h"
 
 namespace merl::scan {

@@ -6,9 +6,9 @@
 #include <fstream>
 #include <string>
 
-#include "scan/pairs/census.h"
+#include "scan/pairs/count.h"
+#include "scan/select/disagreement_search.h"
 #include "scan/select/disagreements.h"
-#include "scan/select/search.h"
 #include "scan/select/selection.h"
 #include "tests/scan/support.h"
 

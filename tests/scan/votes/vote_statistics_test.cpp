@@ -74,14 +74,13 @@ TEST(VoteStatistics, TheThesis) {
     const auto votes = thesis();
     const auto s = vote_statistics(votes, {.replicates = 500, .seed = 1});
     EXPECT_THAT(s.selection.sides.votes, ::testing::ElementsAre(1, 15, 484));
-    std::uint64_t significant = 0;
-    std::uint64_t after_holm = 0;
-    for (const auto& row : s.configurations) {
-        significant += row.p_second <= significance ? 1 : 0;
-        after_holm += row.p_second_holm <= significance ? 1 : 0;
-    }
-    EXPECT_EQ(significant, 98);
-    EXPECT_EQ(after_holm, 0);
+    EXPECT_EQ(s.significance.configurations, 100);
+    EXPECT_THAT(s.significance.alone, ::testing::ElementsAre(0, 98));
+    EXPECT_THAT(s.significance.holm, ::testing::ElementsAre(0, 0));
+    EXPECT_THAT(s.significance.fewest_judges, ::testing::ElementsAre(7U, 10U, 11U));
+    EXPECT_EQ(s.significance.most_votes, 5);
+    EXPECT_NEAR(s.significance.least_p, 1.0 / 243, 1e-15);
+    EXPECT_NEAR(s.significance.least_p_needed, 0.0005, 1e-15);
     EXPECT_NEAR(s.configurations[0].p_second, 0.0041, 0.00005);
     EXPECT_NEAR(s.configurations[90].p_second, 0.0247, 0.00005);
     EXPECT_NEAR(s.configurations[98].p_second, 0.0864, 0.00005);
@@ -222,6 +221,37 @@ TEST(VoteStatistics, HolmCountsEveryConfigurationOfTheSelection) {
     EXPECT_NEAR(nine.configurations[1].p_second_holm, 100 / std::pow(3.0, 9), 1e-15);
     const auto one = statistics_of(9, 1, 1, [](std::uint32_t) { return 3; });
     EXPECT_NEAR(one.configurations[0].p_second_holm, std::pow(3.0, -9), 1e-15);
+}
+
+TEST(VoteStatistics, SignificanceIsOfTheSelection) {
+    // Nine judges agree on two of a hundred for the second metric, and on the last for the first.
+    Votes votes = empty_votes(9, 100, 30);
+    votes.configurations[98].kind = TrialKind::random;
+    for (auto& judge : votes.judges) {
+        judge.ballots = {ballot(0, 3), ballot(1, 3), ballot(98, 3), ballot(99, 1)};
+    }
+    votes.judges[0].ballots[0] = ballot(0, 2);  // 10 / 3^9: more than 0.05 / 99, less than / 98
+    votes.judges[0].ballots[3] = ballot(99, 0);
+    const auto s = vote_statistics(votes, {.replicates = 0}).significance;
+    EXPECT_EQ(s.configurations, 99);
+    EXPECT_THAT(s.alone, ::testing::ElementsAre(1, 2));
+    EXPECT_THAT(s.holm, ::testing::ElementsAre(1, 2));
+    EXPECT_EQ(s.most_votes, 9);
+    EXPECT_NEAR(s.least_p, std::pow(3.0, -9), 1e-15);
+    EXPECT_NEAR(s.least_p_needed, 0.05 / 99, 1e-15);
+    // Three who agree cannot be significant among a hundred.
+    const auto three = statistics_of(3, 100, 1, [](std::uint32_t) { return 3; }).significance;
+    EXPECT_THAT(three.alone, ::testing::ElementsAre(0, 1));
+    EXPECT_THAT(three.holm, ::testing::ElementsAre(0, 0));
+    EXPECT_GT(three.least_p, three.least_p_needed);
+    // Nothing was selected: nothing can be significant.
+    for (auto& configuration : votes.configurations) {
+        configuration.kind = TrialKind::random;
+    }
+    const auto none = vote_statistics(votes, {.replicates = 0}).significance;
+    EXPECT_EQ(none.configurations, 0);
+    EXPECT_EQ(none.most_votes, 0);
+    EXPECT_FALSE(none.fewest_judges[0]);
 }
 
 TEST(VoteStatistics, ProgressMayEndTheBootstrap) {

@@ -10,7 +10,8 @@
 #include "engine/base/error.h"
 #include "scan/io/input.h"
 #include "scan/votes/judge_name.h"
-#include "scan/votes/vote_kit.h"
+#include "scan/votes/kit_file.h"
+#include "tests/scan/support.h"
 
 namespace merl::scan {
 namespace {
@@ -34,18 +35,10 @@ VoteFile votes_of(const std::string& judge, const std::vector<std::string>& rows
     return parse_votes(text, judge + ".csv");
 }
 
-const std::string kKit = R"({"kit_hash": "k", "seed": 1, "selection_hash": "h",
-    "metrics": ["x", "y"], "more": [1], "trials": [
-    {"configuration": 1, "kind": "selection", "left": ["b", "a"], "right": ["c", "d"]},
-    {"configuration": 2, "kind": "selection", "left": ["a", "c"], "right": ["b", "d"]},
-    {"configuration": 2, "kind": "repeat", "left": ["a", "c"], "right": ["b", "d"]},
-    {"configuration": 3, "kind": "sentinel", "left": ["a", "d"], "right": ["b", "c"],
-     "expected": 3, "agreement": 0.5}]})";
-
 const std::vector<std::string> kRows = {"2,selection,b,d,c,a,1,1", "1,selection,a,b,c,d,0,2",
                                         "2,repeat,a,c,b,d,0,3", "3,sentinel,c,b,d,a,1,1"};
 
-void expect_refused(const std::vector<VoteFile>& files, const VoteKit* kit,
+void expect_refused(const std::vector<VoteFile>& files, const Kit* kit,
                     const std::vector<std::string>& words) {
     try {
         gather_votes(selection(), "h", kit, files);
@@ -57,44 +50,9 @@ void expect_refused(const std::vector<VoteFile>& files, const VoteKit* kit,
     }
 }
 
-TEST(VoteKit, KeepsNothingButWhatItNeeds) {
-    const auto refused = [](const std::string& text) -> std::string {
-        try {
-            parse_vote_kit(text, "kit.json");
-        } catch (const InputError& error) {
-            return error.what();
-        }
-        return "";
-    };
-    const std::string begin = kKit.substr(0, kKit.find("\"more\""));
-    const std::string end = kKit.substr(kKit.find("\"trials\""));
-    const std::string deep = std::string(99, '[') + std::string(99, ']');
-    EXPECT_EQ(refused(begin + "\"more\": " + deep + ", " + end), "");
-    EXPECT_THAT(refused(begin + "\"more\": [[" + deep + "]], " + end),
-                ::testing::HasSubstr("nested more than 100 deep"));
-    EXPECT_THAT(refused(begin + "\"trials\": []," + end), ::testing::HasSubstr("twice"));
-    std::string many = "0";
-    for (int i = 0; i < 300'000; ++i) {
-        many += ",0";
-    }
-    EXPECT_EQ(refused(begin + "\"more\": [" + many + "], " + end), "");
-    const std::string trial = R"({"configuration": 1, "kind": "selection", "left": ["b", "a"], )";
-    EXPECT_THAT(refused(begin + R"("trials": [)" + trial + R"("right": [)" + many + "]}]}"),
-                ::testing::HasSubstr("trials[0]: found an array that is too long"));
-    EXPECT_EQ(refused(begin + R"("trials": [)" + trial + R"("more": [)" + many +
-                      R"(], "right": ["c", "d"]}]})"),
-              "");
-    for (const std::string other : {"3", "[]", "null", "\"x\""}) {
-        EXPECT_THAT(refused(begin + R"("trials": [)" + other + "]}"),
-                    ::testing::HasSubstr("trials[0]: expected an object"));
-        EXPECT_THAT(refused(other), ::testing::HasSubstr("kit.json: expected an object"));
-    }
-    EXPECT_EQ(parse_vote_kit("\xef\xbb\xbf" + kKit, "kit.json").trials.size(), 4U);
-}
-
 TEST(GatherVotes, UndoesTheSides) {
-    const auto kit = parse_vote_kit(kKit, "kit.json");
-    for (const auto* with : {&kit, static_cast<const VoteKit*>(nullptr)}) {
+    const auto kit = parse_kit(testing::small_kit, "kit.json");
+    for (const auto* with : {&kit, static_cast<const Kit*>(nullptr)}) {
         const auto votes = gather_votes(selection(), "h", with, std::vector{votes_of("j", kRows)});
         EXPECT_EQ(votes.trials, 4);
         ASSERT_EQ(votes.configurations.size(), 3);
@@ -114,7 +72,7 @@ TEST(GatherVotes, UndoesTheSides) {
 }
 
 TEST(GatherVotes, TrialsWithoutARowAreMissing) {
-    const auto kit = parse_vote_kit(kKit, "kit.json");
+    const auto kit = parse_kit(testing::small_kit, "kit.json");
     const auto one = votes_of("one", {kRows[0]});
     auto votes = gather_votes(selection(), "h", &kit, std::vector{one});
     ASSERT_EQ(votes.judges[0].ballots.size(), 4);
@@ -129,12 +87,12 @@ TEST(GatherVotes, TrialsWithoutARowAreMissing) {
 }
 
 TEST(GatherVotes, BadVotesAreExplained) {
-    const auto kit = parse_vote_kit(kKit, "kit.json");
+    const auto kit = parse_kit(testing::small_kit, "kit.json");
     const auto good = votes_of("j", kRows);
     expect_refused({}, nullptr, {"no votes"});
     expect_refused({good, votes_of("i", kRows, "other")}, nullptr, {"i.csv", "other", "j.csv"});
     expect_refused({votes_of("i", kRows, "other")}, &kit, {"i.csv", "other", "kit.json"});
-    for (const auto* with : {&kit, static_cast<const VoteKit*>(nullptr)}) {
+    for (const auto* with : {&kit, static_cast<const Kit*>(nullptr)}) {
         // Edited: the sides, a material, the number.
         expect_refused({votes_of("j", {"1,selection,a,b,c,d,1,1"})}, with,
                        {"j.csv, line 2", "swapped 1", "configuration 1", "a | b against c | d"});
@@ -224,8 +182,8 @@ TEST(GatherVotes, NamesAreTheSameInUpperAndLowerCase) {
 
 TEST(GatherVotes, AnotherKitIsExplained) {
     const auto changed = [](const std::string& from, const std::string& to) {
-        std::string text = kKit;
-        return parse_vote_kit(text.replace(text.find(from), from.size(), to), "kit.json");
+        std::string text(testing::small_kit);
+        return parse_kit(text.replace(text.find(from), from.size(), to), "kit.json");
     };
     const std::vector<VoteFile> files = {votes_of("j", kRows)};
     auto kit = changed("\"h\"", "\"g\"");
@@ -238,33 +196,32 @@ TEST(GatherVotes, AnotherKitIsExplained) {
     expect_refused(files, &kit, {"configuration 9"});
 }
 
-TEST(VoteKit, BadFilesAreExplained) {
-    const auto refused = [](const std::string& from, const std::string& to,
-                            const std::string& word) {
-        std::string text = kKit;
-        if (!from.empty()) {
-            text.replace(text.find(from), from.size(), to);
-        }
+TEST(CompareWithScan, OtherMaterialsAreRefused) {
+    auto kit = parse_kit(testing::small_kit, "kit.json");
+    const ScannedMaterials scanned = {
+        .file = "summary.json", .kind = "MERL directory", .hashes = {{"a", "1"}, {"b", "2"}}};
+    EXPECT_THAT(compare_with_scan(kit, scanned), ::testing::StartsWith("kit.json: was written"));
+    kit.database.kind = scanned.kind;
+    kit.database.material_hashes = {{"b", "2"}};
+    EXPECT_EQ(compare_with_scan(kit, scanned), "");
+    EXPECT_THAT(compare_with_scan(kit, {.file = "old.json", .kind = scanned.kind, .hashes = {}}),
+                ::testing::StartsWith("old.json: was written"));
+    const auto refused = [&](const std::string& word) {
         try {
-            parse_vote_kit(from.empty() ? to : text, "kit.json");
+            compare_with_scan(kit, scanned);
             ADD_FAILURE() << word;
         } catch (const InputError& error) {
-            EXPECT_THAT(error.what(), ::testing::AllOf(::testing::StartsWith("kit.json"),
-                                                       ::testing::HasSubstr(word)));
+            EXPECT_THAT(error.what(), ::testing::AllOf(::testing::StartsWith("kit.json: "),
+                                                       ::testing::HasSubstr(word),
+                                                       ::testing::HasSubstr("summary.json")));
         }
     };
-    refused("", "{", "no JSON");
-    refused("", "[]", "object");
-    refused("", "{}", "metrics");
-    refused("\"k\"", "1", "kit_hash");
-    refused("[\"x\", \"y\"]", "[\"x\"]", "metrics");
-    refused("\"configuration\": 1", "\"configuration\": -1", "trials[0]");
-    refused("\"kind\": \"repeat\"", "\"kind\": \"again\"", "trials[2]");
-    refused("\"expected\": 3", "\"expected\": 2", "trials[3]");
-    refused("\"expected\": 3,", "", "expected");
-    refused("\"configuration\": 2", "\"configuration\": 1", "second time");
-    refused("[\"b\", \"a\"]", "[\"b\", \"b\"]", "twice");
-    refused("[\"b\", \"a\"]", "[\"b\", 1]", "left");
+    kit.database.material_hashes["a"] = "3";
+    refused("sphere of \"a\"");
+    kit.database.material_hashes = {{"c", "1"}};
+    refused("sphere of \"c\"");
+    kit.database.kind = "built-in stand-in";
+    refused("are of a built-in stand-in, and the scan was of a MERL directory");
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-#include "scan/select/compare.h"
+#include "scan/select/compare_metrics.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-#include "scan/select/tables.h"
+#include "scan/select/scan_tables.h"
 
 #include <fmt/format.h>
 #include <tbb/parallel_for.h>

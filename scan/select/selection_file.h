@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "engine/base/error.h"
-#include "scan/votes/vote_file.h"
+#include "scan/pairs/four_materials.h"
 
 namespace merl::scan {
 
@@ -26,9 +26,10 @@ struct SelectionFile {
     std::vector<SelectedConfiguration> configurations;  ///< rank 1, 2 ...
 };
 
-/// Reads selection.csv as write_selection (tables.h) writes it. Ranks count from 1, distances are
-/// finite and not negative, and the left pair has the smaller distance under the first metric and
-/// the larger under the second (one may tie). Throws InputError, also for a selection of nothing.
+/// Reads selection.csv as write_selection (scan_tables.h) writes it. Ranks count from 1, distances
+/// are finite and not negative, and the left pair has the smaller distance under the first metric
+/// and the larger under the second (one may tie). Throws InputError, also for a selection of
+/// nothing.
 SelectionFile parse_selection(std::string_view text, const std::string& file);
 
 }  // namespace merl::scan

@@ -1,4 +1,4 @@
-#include "scan/votes/selection_file.h"
+#include "scan/select/selection_file.h"
 
 #include <fmt/format.h>
 
@@ -6,6 +6,7 @@
 
 #include "engine/base/number.h"
 #include "scan/io/csv_reader.h"
+#include "scan/io/input.h"
 
 namespace merl::scan {
 namespace {

@@ -7,7 +7,7 @@
 
 #include "engine/base/error.h"
 #include "scan/pairs/pairs.h"
-#include "scan/votes/selection_file.h"
+#include "scan/select/selection_file.h"
 #include "scan/votes/vote_file.h"
 
 namespace merl::scan {
@@ -18,16 +18,18 @@ struct KitPlan {
     double repeats = 10;          ///< in percent of the selection, rounded up
     std::uint32_t sentinels = 5;  ///< at most
     std::uint32_t random = 10;    ///< at most
+    bool operator==(const KitPlan&) const = default;
 };
 
 /// A trial of every judge, on the sides of the selection; each judge sees it on sides and in an
 /// order of their own.
-struct PlannedTrial {
+struct KitTrial {
     std::uint64_t configuration;  ///< row of the selection from 1; beyond it, those that are added
     TrialKind kind;
     FourMaterials materials;
     std::uint8_t expected = 0;        ///< of a sentinel: 1 left or 3 right, what both metrics say
     std::optional<double> agreement;  ///< of a disagreement
+    bool operator==(const KitTrial&) const = default;
 };
 
 /// Throws InputError, calling the distances `file`, unless they have every pair of the selection
@@ -46,7 +48,12 @@ void expect_same_scan(const SelectionFile& selection, const Distances& distances
 /// - Repeats are rows of the selection, drawn by lot, each at most once.
 ///
 /// Sentinels and random disagreements need `distances`, which may be null where none are asked for.
-std::vector<PlannedTrial> plan_kit(const SelectionFile& selection, const Distances* distances,
-                                   const KitPlan& plan);
+std::vector<KitTrial> plan_kit(const SelectionFile& selection, const Distances* distances,
+                               const KitPlan& plan);
+
+/// What judges practise on, which does not count: the last configuration of the selection with a
+/// left side that does not change. One side changes, the other does not: nobody can be wrong about
+/// what is meant.
+FourMaterials practice_of(const SelectionFile& selection);
 
 }  // namespace merl::scan

@@ -1,4 +1,4 @@
-#include "scan/select/compare.h"
+#include "scan/select/compare_metrics.h"
 
 #include <fmt/format.h>
 #include <tbb/parallel_for.h>
@@ -9,7 +9,7 @@
 #include <stdexcept>
 
 #include "scan/io/csv.h"
-#include "scan/pairs/census.h"
+#include "scan/pairs/count.h"
 #include "scan/select/selection.h"
 #include "scan/select/undecided.h"
 

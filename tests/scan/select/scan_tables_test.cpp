@@ -1,4 +1,4 @@
-#include "scan/select/tables.h"
+#include "scan/select/scan_tables.h"
 
 #include <fcntl.h>
 #include <fmt/format.h>

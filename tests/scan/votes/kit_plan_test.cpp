@@ -1,4 +1,4 @@
-#include "scan/votes/kit.h"
+#include "scan/votes/kit_plan.h"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -13,7 +13,7 @@
 #include "engine/base/error.h"
 #include "scan/io/input.h"
 #include "scan/pairs/agreement.h"
-#include "scan/select/search.h"
+#include "scan/select/disagreement_search.h"
 #include "scan/select/selection.h"
 
 namespace merl::scan {
@@ -63,14 +63,14 @@ std::uint32_t find_pair(const Distances& d, const std::string& one, const std::s
     throw std::logic_error("no such pair");
 }
 
-std::vector<PlannedTrial> of_kind(const std::vector<PlannedTrial>& trials, TrialKind kind) {
-    std::vector<PlannedTrial> found;
+std::vector<KitTrial> of_kind(const std::vector<KitTrial>& trials, TrialKind kind) {
+    std::vector<KitTrial> found;
     std::ranges::copy_if(trials, std::back_inserter(found),
                          [&](const auto& trial) { return trial.kind == kind; });
     return found;
 }
 
-TEST(Kit, HasTheSelectionAndWhatWasAskedFor) {
+TEST(KitPlan, HasTheSelectionAndWhatWasAskedFor) {
     const auto d = made_up(40, 1);
     const auto selection = select_from(d, 25);
     const auto trials =
@@ -92,7 +92,7 @@ TEST(Kit, HasTheSelectionAndWhatWasAskedFor) {
     }
 }
 
-TEST(Kit, SentinelsAreWhereBothMetricsAgreeStrongly) {
+TEST(KitPlan, SentinelsAreWhereBothMetricsAgreeStrongly) {
     const auto d = made_up(60, 2);
     const auto selection = select_from(d, 10);
     auto sorted = [](std::vector<double> values) {
@@ -129,7 +129,7 @@ TEST(Kit, SentinelsAreWhereBothMetricsAgreeStrongly) {
     EXPECT_EQ(expected, (std::set{1, 3}));
 }
 
-TEST(Kit, RandomOnesAreOtherDisagreementsWithEqualChances) {
+TEST(KitPlan, RandomOnesAreOtherDisagreementsWithEqualChances) {
     const auto d = made_up(6, 3);  // 105 configurations
     const auto selection = select_from(d, 2);
     DisagreementSearch search(d);
@@ -167,14 +167,14 @@ TEST(Kit, RandomOnesAreOtherDisagreementsWithEqualChances) {
     EXPECT_LT(chi2, n - 1 + 5 * std::sqrt(2 * (n - 1)));
 }
 
-TEST(Kit, OneOptionDoesNotChangeWhatAnotherDraws) {
+TEST(KitPlan, OneOptionDoesNotChangeWhatAnotherDraws) {
     const auto d = made_up(30, 4);
     const auto selection = select_from(d, 20);
     const auto plan = [&](std::uint64_t seed, std::uint32_t sentinels) {
         return plan_kit(selection, &d,
                         {.seed = seed, .repeats = 20, .sentinels = sentinels, .random = 5});
     };
-    const auto names = [&](const std::vector<PlannedTrial>& trials, TrialKind kind) {
+    const auto names = [&](const std::vector<KitTrial>& trials, TrialKind kind) {
         std::vector<FourMaterials> list;
         for (const auto& trial : of_kind(trials, kind)) {
             list.push_back(trial.materials);
@@ -188,7 +188,7 @@ TEST(Kit, OneOptionDoesNotChangeWhatAnotherDraws) {
     EXPECT_NE(names(plan(1, 3), TrialKind::sentinel), names(plan(2, 3), TrialKind::sentinel));
 }
 
-TEST(Kit, NeedsDistancesOnlyForWhatIsDrawnFromThem) {
+TEST(KitPlan, NeedsDistancesOnlyForWhatIsDrawnFromThem) {
     const auto d = made_up(10, 5);
     const auto selection = select_from(d, 4);
     EXPECT_EQ(plan_kit(selection, nullptr, {.seed = 1, .repeats = 100, .sentinels = 0, .random = 0})
@@ -197,7 +197,7 @@ TEST(Kit, NeedsDistancesOnlyForWhatIsDrawnFromThem) {
     EXPECT_THROW(plan_kit(selection, nullptr, {}), std::invalid_argument);
 }
 
-TEST(Kit, DistancesOfAnotherScanAreRefused) {
+TEST(KitPlan, DistancesOfAnotherScanAreRefused) {
     auto d = made_up(10, 6);
     auto selection = select_from(d, 3);
     expect_same_scan(selection, d, "pairs.csv");

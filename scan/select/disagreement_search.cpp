@@ -1,4 +1,4 @@
-#include "scan/select/search.h"
+#include "scan/select/disagreement_search.h"
 
 #include <algorithm>
 #include <tuple>

@@ -1,4 +1,4 @@
-#include "scan/votes/kit.h"
+#include "scan/votes/kit_plan.h"
 
 #include <fmt/format.h>
 
@@ -91,8 +91,7 @@ std::vector<std::uint32_t> smallest(const std::vector<std::uint32_t>& keys, std:
     return pairs;
 }
 
-void add_sentinels(std::vector<PlannedTrial>& trials, const Distances& distances,
-                   const KitPlan& plan) {
+void add_sentinels(std::vector<KitTrial>& trials, const Distances& distances, const KitPlan& plan) {
     constexpr std::size_t least = 20;
     constexpr std::size_t one_in = 50;
     const auto first = ranks_of(distances.first);
@@ -139,8 +138,8 @@ void add_sentinels(std::vector<PlannedTrial>& trials, const Distances& distances
     }
 }
 
-void add_random(std::vector<PlannedTrial>& trials, const SelectionFile& selection,
-                const Distances& d, const KitPlan& plan) {
+void add_random(std::vector<KitTrial>& trials, const SelectionFile& selection, const Distances& d,
+                const KitPlan& plan) {
     constexpr std::uint64_t most_draws = 10'000'000;
     std::set<std::pair<std::uint32_t, std::uint32_t>> taken;
     for (const auto& row : selection.configurations) {
@@ -195,12 +194,12 @@ void expect_same_scan(const SelectionFile& selection, const Distances& distances
     }
 }
 
-std::vector<PlannedTrial> plan_kit(const SelectionFile& selection, const Distances* distances,
-                                   const KitPlan& plan) {
+std::vector<KitTrial> plan_kit(const SelectionFile& selection, const Distances* distances,
+                               const KitPlan& plan) {
     if (distances == nullptr && (plan.sentinels > 0 || plan.random > 0)) {
         throw std::invalid_argument("sentinels and random disagreements need distances");
     }
-    std::vector<PlannedTrial> trials;
+    std::vector<KitTrial> trials;
     for (const auto& row : selection.configurations) {
         trials.push_back({.configuration = trials.size() + 1,
                           .kind = TrialKind::selection,
@@ -223,11 +222,16 @@ std::vector<PlannedTrial> plan_kit(const SelectionFile& selection, const Distanc
     order.resize(std::min(rows, repeats));
     std::ranges::sort(order);
     for (const auto row : order) {
-        PlannedTrial repeat = trials[row];
+        KitTrial repeat = trials[row];
         repeat.kind = TrialKind::repeat;
         trials.push_back(repeat);
     }
     return trials;
+}
+
+FourMaterials practice_of(const SelectionFile& selection) {
+    const auto& last = selection.configurations.back().materials;
+    return {last[0], last[0], last[0], last[1]};
 }
 
 }  // namespace merl::scan

@@ -1,4 +1,4 @@
-#include "scan/votes/selection_file.h"
+#include "scan/select/selection_file.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
