@@ -3,6 +3,7 @@
 #     scripts/setup.sh program     what merl-scan itself needs, and builds it
 #     scripts/setup.sh tests       with what the tests need, and builds everything
 # Both build the same files in the same way, so what one has built the other does not build again.
+# Further arguments go to CMake.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -54,5 +55,5 @@ if [ ${#missing[@]} -gt 0 ]; then
         apt-get install -y -q --no-install-recommends "${missing[@]}"
 fi
 
-cmake --preset release "${options[@]}"
+cmake --preset release "${options[@]}" "${@:2}"
 cmake --build --preset release
