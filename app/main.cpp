@@ -12,6 +12,7 @@
 #include <system_error>
 
 #include "app/cli/exit_status.h"
+#include "app/cli/guard.h"
 #include "app/cli/interrupt.h"
 #include "app/cli/terminal.h"
 #include "app/commands/commands.h"
@@ -136,11 +137,7 @@ int main(int argc, char** argv) {
         open_standard_files();
         return run(argc, argv);
     } catch (const merl::device::NoDriverError& error) {
-        return complain("",
-                        error.is_installed()
-                            ? error.what()
-                            : fmt::format("{}; on Debian: {}", error.what(), kInstallDriver),
-                        kDevice);
+        return complain("", with_advice(error), kDevice);
     } catch (const merl::Error& error) {
         return complain("", error.what(), status_of(error.fault()));
     } catch (const Interrupted& interrupt) {

@@ -9,7 +9,7 @@ cd "$(dirname "$0")/.."
 
 packages=(
     g++ cmake ninja-build pkg-config                                    # tools
-    glslang-dev                                                         # shaders
+    glslang-dev glslang-tools   # shaders; the CMake files of the first name the program of the second
     libvulkan-dev mesa-vulkan-drivers                                   # Vulkan, lavapipe
     libglm-dev libtbb-dev libfmt-dev libxxhash-dev libhwy-dev           # libraries of the engine
     libboost-dev                                                        # of the scan

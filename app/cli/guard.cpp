@@ -198,4 +198,16 @@ void try_device_where_limited(const std::function<void()>& open) {
     }
 }
 
+void try_device_where_limited(const std::string& device) {
+    try_device_where_limited([&] { const device::Context context({.device = device}); });
+}
+
+std::string with_advice(const device::NoDriverError& error) {
+    return error.is_installed() ? error.what()
+                                : fmt::format(
+                                      "{}; on Debian: apt-get install libvulkan1 "
+                                      "mesa-vulkan-drivers (lavapipe runs on any processor)",
+                                      error.what());
+}
+
 }  // namespace merl::app

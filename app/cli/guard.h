@@ -4,6 +4,8 @@
 #include <functional>
 #include <string>
 
+#include "engine/device/context.h"
+
 namespace merl::app {
 
 /// Runs `work` in a process of its own, for work that may never end, eat all memory or crash: the
@@ -20,5 +22,11 @@ void run_guarded(const std::string& what, double seconds, std::uint64_t bytes,
 /// so: there `open`, which opens what will be used, runs in a process of its own first. Throws
 /// Error (resource) when that crashes, and what it throws. To be called like run_guarded().
 void try_device_where_limited(const std::function<void()>& open);
+
+/// The same of a Vulkan device, by its name as device::ContextOptions take it.
+void try_device_where_limited(const std::string& device);
+
+/// What went wrong, and what to install if that helps.
+std::string with_advice(const device::NoDriverError& error);
 
 }  // namespace merl::app

@@ -87,8 +87,12 @@ CLI::Option* add_output_options(CLI::App& command, std::string& out, bool& force
     auto* option = command.add_option("--out", out, "The directory to make")
                        ->transform(not_empty())
                        ->capture_default_str();
-    command.add_flag("--force", force, "Replace the results in an existing directory");
+    add_force_option(command, force);
     return option;
+}
+
+void add_force_option(CLI::App& command, bool& force, const char* what) {
+    command.add_flag("--force", force, what);
 }
 
 void add_quiet_option(CLI::App& command, bool& quiet, const char* what) {

@@ -27,6 +27,10 @@ CLI::Validator not_empty();
 /// Adds --out and --force of a command that writes a directory of results. Returns --out.
 CLI::Option* add_output_options(CLI::App& command, std::string& out, bool& force);
 
+/// Adds --force; `what` is what it does.
+void add_force_option(CLI::App& command, bool& force,
+                      const char* what = "Replace the results in an existing directory");
+
 /// Adds --quiet; `what` is what there is none of then.
 void add_quiet_option(CLI::App& command, bool& quiet,
                       const char* what = "No progress and no summary");

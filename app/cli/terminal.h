@@ -22,10 +22,6 @@ std::string printable(std::string_view text);
 /// flag u.
 std::string hidden_in_pages();
 
-/// What gives a machine a Vulkan device.
-inline constexpr const char* kInstallDriver =
-    "apt-get install libvulkan1 mesa-vulkan-drivers (lavapipe runs on any processor)";
-
 /// Writes one line, `printable`, to standard output. Throws Error (output) when that fails. Where
 /// standard output is a pipe that nobody reads any more (`| head`) nothing is written and nothing
 /// is wrong.

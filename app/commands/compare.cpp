@@ -7,9 +7,7 @@
 
 #include "app/cli/control.h"
 #include "app/cli/exit_status.h"
-#include "app/cli/interrupt.h"
 #include "app/cli/options.h"
-#include "app/cli/progress.h"
 #include "app/cli/terminal.h"
 #include "app/commands/commands.h"
 #include "app/commands/obtain_distances.h"
@@ -45,10 +43,6 @@ struct Outcome {
     double compare_seconds = 0;
     double write_seconds = 0;
 
-    double device_seconds() const { return distances.provenance.seconds.opening; }
-    double distance_seconds() const {
-        return distances.provenance.seconds.total - device_seconds();
-    }
     double total_seconds() const {
         return distances.provenance.seconds.total + compare_seconds + write_seconds;
     }
@@ -84,14 +78,11 @@ std::string summary_json(const Options& options, const Outcome& o) {
                              {"configurations", scan::configuration_count(table.pairs())},
                              {"counted_by", counted_by(o.compared.streamed)},
                              {"comparisons", comparisons},
-                             {"options",
-                              {{"device", options.distances.device},
-                               {"memory_bytes", options.distances.memory},
-                               {"threads", options.distances.threads}}}});
+                             {"options", computing_options_json(options.distances)}});
     json.update(engines_json(provenance));
     json["warnings"] = texts_json(provenance.warnings);
-    json["seconds"] = {{"device", o.device_seconds()},
-                       {"distances", o.distance_seconds()},
+    json["seconds"] = {{"device", o.distances.provenance.seconds.opening},
+                       {"distances", o.distances.provenance.seconds.without_opening()},
                        {"compare", o.compare_seconds},
                        {"write", o.write_seconds},
                        {"total", o.total_seconds()}};
@@ -138,22 +129,19 @@ void print_comparisons(const scan::DistanceTable& table,
 
 void print_summary(const Options& options, const Outcome& o) {
     const auto& table = o.distances.table;
-    for (const auto& [name, text] : source_lines(o.distances)) {
-        print_result(name, text);
-    }
+    print_results(source_lines(o.distances));
     print_result("pairs", fmt::format("{}", fmt::group_digits(table.pairs())));
     print_result("configurations",
                  fmt::format("{}", fmt::group_digits(scan::configuration_count(table.pairs()))));
     print_result("metrics", fmt::format("{}", table.metrics.size()));
     print_comparisons(table, o.compared.comparisons);
-    for (const auto& [name, text] : engine_lines(o.distances.provenance)) {
-        print_result(name, text);
-    }
+    print_results(engine_lines(o.distances.provenance));
     print_result("seconds",
                  fmt::format("{:.2f}: device {:.2f}, distances {:.2f}, compare {:.2f}, write "
                              "{:.2f}",
-                             o.total_seconds(), o.device_seconds(), o.distance_seconds(),
-                             o.compare_seconds, o.write_seconds));
+                             o.total_seconds(), o.distances.provenance.seconds.opening,
+                             o.distances.provenance.seconds.without_opening(), o.compare_seconds,
+                             o.write_seconds));
     print_result("results", options.out + ": open compare.html in a browser");
 }
 

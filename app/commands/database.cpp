@@ -261,8 +261,7 @@ void add_database(CLI::App& program, Command& chosen) {
         ->transform(not_empty())
         ->required();
     add_database_option(*write_command, options->database);
-    write_command->add_flag("--force", options->force,
-                            "Replace the files of an existing directory");
+    add_force_option(*write_command, options->force, "Replace the files of an existing directory");
     add_quiet_option(*write_command, options->quiet);
     write_command->footer(
         "Examples:\n"

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include "app/cli/exit_status.h"
+#include "app/cli/guard.h"
 #include "app/cli/terminal.h"
 #include "app/commands/commands.h"
 #include "engine/device/context.h"
@@ -34,9 +35,7 @@ int list() {
     try {
         print_devices();
     } catch (const device::NoDriverError& error) {
-        print_line(error.is_installed()
-                       ? error.what()
-                       : fmt::format("{}; on Debian: {}", error.what(), kInstallDriver));
+        print_line(with_advice(error));
     }
     return kSuccess;
 }

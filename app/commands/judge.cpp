@@ -29,7 +29,6 @@
 #include "engine/base/error.h"
 #include "engine/base/hash.h"
 #include "engine/base/stopwatch.h"
-#include "engine/device/context.h"
 #include "scan/io/csv.h"
 #include "scan/io/input.h"
 #include "scan/pairs/distance_table.h"
@@ -209,8 +208,7 @@ int run(const Options& options) {
     Images images(shown.size());
     std::uint64_t bytes = 0;
     TerminalControl terminal(options.quiet);
-    try_device_where_limited(
-        [&] { const device::Context context({.device = options.image.device}); });
+    try_device_where_limited(options.image.device);
     const auto device = pipeline::render_spheres(
         database, places, view, options.image.device,
         [&](const engine::SphereImage& sphere, const pipeline::Image& linear) {

@@ -127,6 +127,11 @@ CLI::Option* add_distance_options(CLI::App& command, DistanceOptions& options,
     return distances;
 }
 
+nlohmann::ordered_json computing_options_json(const DistanceOptions& options) {
+    return {
+        {"device", options.device}, {"memory_bytes", options.memory}, {"threads", options.threads}};
+}
+
 std::unique_ptr<tbb::global_control> limit_threads(unsigned threads) {
     if (threads == 0) {
         return nullptr;

@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <span>
 #include <string>
@@ -40,6 +41,9 @@ struct MetricNeeds {
 /// --distances.
 CLI::Option* add_distance_options(CLI::App& command, DistanceOptions& options,
                                   const MetricNeeds& needs);
+
+/// Those that say how distances are computed, for summaries.
+nlohmann::ordered_json computing_options_json(const DistanceOptions& options);
 
 /// Bounds the processor threads of the program, those of a device on the processor included, as
 /// long as the result lives; 0 is no bound.

@@ -16,7 +16,6 @@
 #include "app/cli/exit_status.h"
 #include "app/cli/guard.h"
 #include "app/cli/options.h"
-#include "app/cli/progress.h"
 #include "app/cli/sphere_options.h"
 #include "app/cli/terminal.h"
 #include "app/commands/commands.h"
@@ -31,7 +30,6 @@
 #include "engine/base/hash.h"
 #include "engine/base/stopwatch.h"
 #include "engine/database/open_database.h"
-#include "engine/device/context.h"
 #include "scan/io/csv.h"
 #include "scan/io/input.h"
 #include "scan/select/selection_file.h"
@@ -115,9 +113,12 @@ class Names {
     std::vector<OutputFile> files() const {
         std::vector<OutputFile> files;
         std::set<std::string> names;
+        if (target_.stem.empty()) {
+            names.insert(kSheet);
+        }
         for (const auto& name : in_order()) {
             for (const auto& file : {name + target_.exr, name + target_.png}) {
-                if (!names.insert(file).second || file == kSheet) {
+                if (!names.insert(file).second) {
                     throw Error(Fault::usage,
                                 fmt::format("two images would be called \"{}\"; render the "
                                             "materials into directories of their own",
@@ -265,8 +266,7 @@ int run(const Options& options) {
                    : OutputDirectory::for_files(target.directory, options.force, std::move(files));
     TerminalControl terminal(options.quiet);
     Stopwatch watch;
-    try_device_where_limited(
-        [&] { const device::Context context({.device = options.image.device}); });
+    try_device_where_limited(options.image.device);
     const auto device = pipeline::render_spheres(
         database, materials, view, options.image.device,
         [&](const engine::SphereImage& sphere, const pipeline::Image& linear) {
@@ -319,7 +319,7 @@ void add_render(CLI::App& program, Command& chosen) {
                         "A material, or names with commas between them, or the option more than "
                         "once (default: all, or those of the selection)");
     add_sphere_options(*command, options->image);
-    command->add_flag("--force", options->force, "Replace images that exist");
+    add_force_option(*command, options->force, "Replace images that exist");
     add_quiet_option(*command, options->quiet);
     command->footer(
         "A unit sphere under one directional white light and a perspective camera, as in the "

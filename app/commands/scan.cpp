@@ -8,6 +8,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <utility>
 
 #include "app/cli/control.h"
 #include "app/cli/exit_status.h"
@@ -49,10 +50,6 @@ struct Outcome {
     ordered_json files = ordered_json::object();  // hashes of those that are read again
     double write_seconds = 0;
 
-    double device_seconds() const { return distances.provenance.seconds.opening; }
-    double distance_seconds() const {
-        return distances.provenance.seconds.total - device_seconds();
-    }
     double total_seconds() const {
         const auto& s = result.seconds;
         return distances.provenance.seconds.total + s.refine + s.count + s.select + s.list +
@@ -76,6 +73,11 @@ std::string summary_json(const Options& options, const Outcome& o) {
     ordered_json json = program_json();
     json["metrics"] = {as_utf8(d.first_metric), as_utf8(d.second_metric)};
     json.update(source_json(o.distances.provenance));
+    ordered_json chosen = {
+        {"select", options.select},
+        {"per_material", options.per_material},
+        {"disagreements", options.disagreements ? ordered_json(*options.disagreements) : "all"}};
+    chosen.update(computing_options_json(options.distances));
     json.update(ordered_json{
         {"materials", d.materials()},
         {"pairs", d.pairs()},
@@ -92,30 +94,26 @@ std::string summary_json(const Options& options, const Outcome& o) {
         {"selection",
          {{"configurations", o.result.selection.size()}, {"agreement_range", agreement_range}}},
         {"disagreements_written", o.result.disagreements.size()},
-        {"options",
-         {{"select", options.select},
-          {"per_material", options.per_material},
-          {"disagreements", options.disagreements ? ordered_json(*options.disagreements) : "all"},
-          {"device", options.distances.device},
-          {"memory_bytes", options.distances.memory},
-          {"threads", options.distances.threads}}}});
+        {"options", chosen}});
     json.update(engines_json(o.distances.provenance));
     json["warnings"] = texts_json(o.distances.provenance.warnings);
     json["files"] = o.files;
     const auto& s = o.result.seconds;
-    json["seconds"] = {{"device", o.device_seconds()}, {"distances", o.distance_seconds()},
-                       {"refine", s.refine},           {"count", s.count},
-                       {"select", s.select},           {"list", s.list},
-                       {"write", o.write_seconds},     {"total", o.total_seconds()}};
+    json["seconds"] = {{"device", o.distances.provenance.seconds.opening},
+                       {"distances", o.distances.provenance.seconds.without_opening()},
+                       {"refine", s.refine},
+                       {"count", s.count},
+                       {"select", s.select},
+                       {"list", s.list},
+                       {"write", o.write_seconds},
+                       {"total", o.total_seconds()}};
     return json_text(json);
 }
 
 void print_summary(const Options& options, const Outcome& o) {
     const auto& d = o.result.distances;
     const auto& counts = o.result.census.counts;
-    for (const auto& [name, text] : o.source) {
-        print_result(name, text);
-    }
+    print_results(o.source);
     print_result("metrics", fmt::format("{}, {}", d.first_metric, d.second_metric));
     print_result("pairs", fmt::format("{}", fmt::group_digits(d.pairs())));
     print_result("configurations", fmt::format("{}", fmt::group_digits(counts.configurations)));
@@ -148,25 +146,25 @@ void print_summary(const Options& options, const Outcome& o) {
                                  counted(o.result.undecided, "configuration"),
                                  o.result.undecided == 1 ? "was" : "were"));
     }
-    for (const auto& [name, text] : engine_lines(o.distances.provenance)) {
-        print_result(name, text);
-    }
+    print_results(engine_lines(o.distances.provenance));
     const auto& s = o.result.seconds;
     print_result(
         "seconds",
         fmt::format(
             "{:.2f}: device {:.2f}, distances {:.2f}, refine {:.2f}, count {:.3f}, select {:.3f}, "
             "list {:.2f}, write {:.2f}",
-            o.total_seconds(), o.device_seconds(), o.distance_seconds(), s.refine, s.count,
-            s.select, s.list, o.write_seconds));
+            o.total_seconds(), o.distances.provenance.seconds.opening,
+            o.distances.provenance.seconds.without_opening(), s.refine, s.count, s.select, s.list,
+            o.write_seconds));
     print_result("results", options.out);
 }
 
-pipeline::ScanResult compute(const Options& options, const ObtainedDistances& obtained,
+/// Takes the table out of what was obtained.
+pipeline::ScanResult compute(const Options& options, ObtainedDistances& obtained,
                              const pipeline::Control& control) {
     try {
-        return pipeline::scan_distances(obtained.distances.table, obtained.database.get(),
-                                        obtained.metrics,
+        return pipeline::scan_distances(std::exchange(obtained.distances.table, {}),
+                                        obtained.database.get(), obtained.metrics,
                                         {.select = options.select,
                                          .per_material = options.per_material,
                                          .disagreements = options.disagreements,
@@ -212,8 +210,8 @@ int run(const Options& options) {
               }}},
         {options.distances.distances});
     auto obtained = obtain_distances(options.distances, kMetrics, control);
-    o.result = compute(options, obtained, control);
     o.source = source_lines(obtained.distances);
+    o.result = compute(options, obtained, control);
     o.distances = std::move(obtained.distances);
     warn_if_all_are_zero(o.distances, o.result.distances.first_metric, o.result.distances.first);
     warn_if_all_are_zero(o.distances, o.result.distances.second_metric, o.result.distances.second);

@@ -15,9 +15,7 @@
 
 #include "app/cli/control.h"
 #include "app/cli/exit_status.h"
-#include "app/cli/interrupt.h"
 #include "app/cli/options.h"
-#include "app/cli/progress.h"
 #include "app/cli/terminal.h"
 #include "app/commands/commands.h"
 #include "app/commands/obtain_distances.h"
@@ -62,8 +60,6 @@ struct Outcome {
     double judgement_seconds = 0;
 
     const pipeline::Provenance& provenance() const { return obtained.distances.provenance; }
-    double device_seconds() const { return provenance().seconds.opening; }
-    double distance_seconds() const { return provenance().seconds.total - device_seconds(); }
     double total_seconds() const {
         return judgement_seconds + provenance().seconds.total + result.refine_seconds +
                result.score_seconds;
@@ -120,15 +116,15 @@ std::string summary_json(const Options& options, const Outcome& o) {
          {{"votes", estimate_json(o.result.score.ceiling)},
           {"log_likelihood_per_vote", estimate_json(o.result.score.ceiling_log_likelihood)}}},
         {"metrics", metrics},
-        {"options",
-         {{"device", options.distances.device},
-          {"memory_bytes", options.distances.memory},
-          {"threads", options.distances.threads}}}});
+        {"options", computing_options_json(options.distances)}});
     json.update(engines_json(o.provenance()));
     json["warnings"] = texts_json(o.provenance().warnings);
-    json["seconds"] = {{"judgements", o.judgement_seconds}, {"device", o.device_seconds()},
-                       {"distances", o.distance_seconds()}, {"refine", o.result.refine_seconds},
-                       {"score", o.result.score_seconds},   {"total", o.total_seconds()}};
+    json["seconds"] = {{"judgements", o.judgement_seconds},
+                       {"device", o.provenance().seconds.opening},
+                       {"distances", o.provenance().seconds.without_opening()},
+                       {"refine", o.result.refine_seconds},
+                       {"score", o.result.score_seconds},
+                       {"total", o.total_seconds()}};
     return json_text(json);
 }
 
@@ -234,9 +230,7 @@ void print_summary(const Options& options, const Outcome& o) {
     print_result("judgements", fmt::format("{}, {}", options.judgements, o.file.format));
     print_result("", judgements_text(o));
     print_unknown(o.result.judgements);
-    for (const auto& [name, text] : source_lines(o.obtained.distances)) {
-        print_result(name, text);
-    }
+    print_results(source_lines(o.obtained.distances));
     print_result("ceiling", estimate_text(o.result.score.ceiling) + " of the votes");
     print_result("intervals",
                  fmt::format("95 %, {} bootstrap samples of {}, seed {}",
@@ -246,15 +240,13 @@ void print_summary(const Options& options, const Outcome& o) {
         print_result("too few", o.result.score.too_few + ", for intervals and p-values");
     }
     print_precision(o);
-    for (const auto& [name, text] : engine_lines(o.provenance())) {
-        print_result(name, text);
-    }
-    print_result(
-        "seconds",
-        fmt::format("{:.2f}: judgements {:.2f}, device {:.2f}, distances {:.2f}, "
-                    "refine {:.2f}, score {:.2f}",
-                    o.total_seconds(), o.judgement_seconds, o.device_seconds(),
-                    o.distance_seconds(), o.result.refine_seconds, o.result.score_seconds));
+    print_results(engine_lines(o.provenance()));
+    print_result("seconds",
+                 fmt::format("{:.2f}: judgements {:.2f}, device {:.2f}, distances {:.2f}, "
+                             "refine {:.2f}, score {:.2f}",
+                             o.total_seconds(), o.judgement_seconds, o.provenance().seconds.opening,
+                             o.provenance().seconds.without_opening(), o.result.refine_seconds,
+                             o.result.score_seconds));
     print_result("results", options.out);
     print_metrics(o.result.score);
     print_pairs(o.result.score);

@@ -231,7 +231,7 @@ void add_slices(CLI::App& program, Command& chosen) {
     command->add_option("--materials", options->materials,
                         "Materials to draw a slice of: names with commas between them, or the "
                         "option more than once");
-    command->add_flag("--force", options->force, "Replace the images in an existing directory");
+    add_force_option(*command, options->force, "Replace the images in an existing directory");
     add_quiet_option(*command, options->quiet);
     command->footer(
         "Draws figure 4.4 of Ryman 2018: projected area, 0.05 s_MERL, and 0.4 times their\n"

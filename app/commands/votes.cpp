@@ -17,7 +17,6 @@
 #include "app/cli/exit_status.h"
 #include "app/cli/interrupt.h"
 #include "app/cli/options.h"
-#include "app/cli/progress.h"
 #include "app/cli/terminal.h"
 #include "app/commands/commands.h"
 #include "app/output/json.h"
@@ -347,7 +346,7 @@ void add_votes(CLI::App& program, Command& chosen) {
         ->add_flag("--thesis", options->thesis, "Print the table of the thesis and write nothing")
         ->excludes(out);
     add_bootstrap_options(*command, options->bootstrap);
-    command->add_flag("--quiet", options->quiet, "No summary");
+    add_quiet_option(*command, options->quiet, "No summary");
     command->footer(
         "Writes configurations.csv, judges.csv, judgements.csv (for score --judgements), "
         "survey.csv,\n"

@@ -2,13 +2,10 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cmath>
 
 #include "app/cli/terminal.h"
 #include "app/pipeline/version.h"
-#include "engine/base/file.h"
-#include "engine/base/hash.h"
 #include "scan/io/json_format.h"
 #include "scan/pairs/pairs.h"
 
@@ -76,25 +73,6 @@ std::string estimate_text(const scan::Estimate& estimate) {
     return std::isnan(estimate.value) ? "-"
            : std::isnan(low)          ? fmt::format("{:.3f} [too few]", estimate.value)
                              : fmt::format("{:.3f} [{:.3f}, {:.3f}]", estimate.value, low, high);
-}
-
-std::string content_hash_of_file(const std::filesystem::path& path) {
-    constexpr std::uint64_t kPart = std::uint64_t{1} << 20U;
-    const File file(path);
-    Hash hash;
-    std::vector<std::byte> bytes;
-    for (std::uint64_t at = 0; at < file.bytes(); at += bytes.size()) {
-        bytes.resize(std::min(kPart, file.bytes() - at));
-        file.read(at, bytes);
-        hash.update(bytes);
-    }
-    return hash.hexadecimal();
-}
-
-nlohmann::ordered_json view_json(const pipeline::SphereView& view) {
-    return {{"size", view.sphere.size},      {"field_of_view", view.sphere.field_of_view},
-            {"lights", view.sphere.lights},  {"exposure", view.exposure},
-            {"background", view.background}, {"encoding", pipeline::encoding_name(view.encoding)}};
 }
 
 nlohmann::ordered_json program_json() {

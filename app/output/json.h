@@ -1,14 +1,12 @@
 #pragma once
 
 #include <cstdint>
-#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
 
-#include "app/pipeline/spheres.h"
 #include "scan/pairs/agreement.h"
 #include "scan/pairs/count.h"
 #include "scan/statistics/estimate.h"
@@ -43,12 +41,6 @@ nlohmann::ordered_json estimate_json(const scan::Estimate& estimate);
 /// The same as one reads it: "0.698 [0.681, 0.715]", without the interval where there is none, "-"
 /// where there is no figure.
 std::string estimate_text(const scan::Estimate& estimate);
-
-/// The hash of a file (engine/base/hash.h). Throws InputError when it cannot be read.
-std::string content_hash_of_file(const std::filesystem::path& path);
-
-/// How spheres are seen, as options of summaries.
-nlohmann::ordered_json view_json(const pipeline::SphereView& view);
 
 /// What every summary begins with: its format, and the program that wrote it.
 nlohmann::ordered_json program_json();

@@ -12,8 +12,9 @@
 #include <utility>
 
 #include "app/cli/interrupt.h"
-#include "app/output/json.h"
 #include "engine/base/error.h"
+#include "engine/base/file.h"
+#include "engine/base/hash.h"
 #include "scan/io/csv.h"
 
 namespace merl::app {
@@ -74,6 +75,24 @@ void require_no_input(const fs::path& file, const std::vector<fs::path>& inputs)
         if (fs::equivalent(file, input, none)) {
             fail(file, "is read and would be replaced; choose another --out");
         }
+    }
+}
+
+/// The hash of a file that was written, from what is there now.
+std::string hash_of_file(const fs::path& path) {
+    constexpr std::uint64_t kPart = std::uint64_t{1} << 20U;
+    try {
+        const File file(path);
+        Hash hash;
+        std::vector<std::byte> bytes;
+        for (std::uint64_t at = 0; at < file.bytes(); at += bytes.size()) {
+            bytes.resize(std::min(kPart, file.bytes() - at));
+            file.read(at, bytes);
+            hash.update(bytes);
+        }
+        return hash.hexadecimal();
+    } catch (const InputError& error) {  // not of the user's
+        throw Error(Fault::output, error.what());
     }
 }
 
@@ -171,7 +190,7 @@ void OutputDirectory::write_file(const OutputFile& file,
         throw;
     }
     if (file.is_read_again) {
-        hashes_.emplace_back(file.name, content_hash_of_file(place));
+        hashes_.emplace_back(file.name, hash_of_file(place));
     }
 }
 

@@ -59,6 +59,11 @@ ordered_json engine_json(const pipeline::EngineProvenance& use) {
             {"peak_bytes", use.peak_bytes}};
 }
 
+std::string device_text(const std::string& name, const std::string& kind,
+                        const std::string& driver) {
+    return fmt::format("{} ({}), {}", name, kind, driver);
+}
+
 }  // namespace
 
 ordered_json metrics_json(const pipeline::Provenance& provenance) {
@@ -118,14 +123,20 @@ Lines engine_lines(const pipeline::Provenance& provenance) {
     return lines;
 }
 
+void print_results(const Lines& lines) {
+    for (const auto& [name, text] : lines) {
+        print_result(name, text);
+    }
+}
+
 std::string engine_text(const engine::EngineDescription& engine) {
     return engine.engine == engine::kHost
                ? "host, this processor without Vulkan"
-               : fmt::format("vulkan, {} ({}), {}", engine.name, engine.kind, engine.driver);
+               : "vulkan, " + device_text(engine.name, engine.kind, engine.driver);
 }
 
 std::string device_text(const device::DeviceInfo& device) {
-    return fmt::format("{} ({}), {}", device.name, device.kind, device.driver);
+    return device_text(device.name, device.kind, device.driver);
 }
 
 }  // namespace merl::app

@@ -26,6 +26,9 @@ using Lines = std::vector<std::pair<std::string, std::string>>;
 Lines source_lines(const pipeline::PairDistances& distances);
 Lines engine_lines(const pipeline::Provenance& provenance);
 
+/// Writes them as lines of a summary.
+void print_results(const Lines& lines);
+
 /// "llvmpipe (LLVM 15.0.6, 256 bits) (CPU), llvmpipe (Mesa 22.3.6)", as a line says it.
 std::string engine_text(const engine::EngineDescription& engine);
 

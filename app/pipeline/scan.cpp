@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <stdexcept>
+#include <utility>
 
 #include "engine/base/error.h"
 #include "engine/base/stopwatch.h"
@@ -37,13 +38,13 @@ std::vector<scan::Configuration> list_disagreements(const scan::Distances& dista
 
 }  // namespace
 
-ScanResult scan_distances(const scan::DistanceTable& table, const engine::Database* database,
+ScanResult scan_distances(scan::DistanceTable table, const engine::Database* database,
                           std::span<const engine::Metric* const> metrics,
                           const ScanOptions& options, const Control& control) {
     ScanResult result;
     Stopwatch watch;
     auto& distances = result.distances;
-    distances = table.distances(0, 1);
+    distances = std::exchange(table, {}).distances(0, 1);
     result.undecided = scan::count_undecided(distances);
     result.exact = !options.fast && std::ranges::all_of(metrics, &engine::Metric::has_twin);
     for (const auto* metric : metrics) {

@@ -50,7 +50,7 @@ struct ScanResult {
 /// the first two metrics of the table. `database` and `metrics` are those that it was computed
 /// from; null and empty for one that was read. The stages are "refining" and "listing". Throws
 /// TooManyDisagreements before it lists, what float64_distances() throws, and Cancelled.
-ScanResult scan_distances(const scan::DistanceTable& table, const engine::Database* database,
+ScanResult scan_distances(scan::DistanceTable table, const engine::Database* database,
                           std::span<const engine::Metric* const> metrics,
                           const ScanOptions& options = {}, const Control& control = {});
 

@@ -209,8 +209,8 @@ std::string hiding_variables() {
 std::string library_of(const std::filesystem::path& manifest) {
     std::ifstream file(manifest);
     const auto json = nlohmann::json::parse(file, nullptr, false);
-    const auto icd = json.is_object() ? json.value("ICD", nlohmann::json()) : nlohmann::json();
-    return icd.is_object() ? icd.value("library_path", std::string()) : std::string();
+    const nlohmann::json::json_pointer place("/ICD/library_path");
+    return json.contains(place) && json[place].is_string() ? json[place].get<std::string>() : "";
 }
 
 /// The drivers that are installed where packages put them, and what keeps each from loading.

@@ -62,16 +62,17 @@ void Engines::refuse(const Metric& metric) const {
 
 std::vector<Engines::Share> Engines::share(std::span<const Metric* const> metrics,
                                            std::vector<std::string>& warnings) {
-    if (rule_ == Rule::automatic) {
+    const bool automatic = rule_ == Rule::automatic;
+    if (automatic) {
         find_devices();
     }
-    const bool all_on_device = rule_ == Rule::vulkan || (rule_ == Rule::automatic && !software_);
-    const bool has_device = all_on_device || (rule_ == Rule::automatic && why_no_device_.empty());
+    const bool all_on_device = rule_ == Rule::vulkan || (automatic && !software_);
+    const bool rest_on_device = automatic && why_no_device_.empty();
     std::vector<std::size_t> on_device;
     std::vector<std::size_t> on_host;
     for (std::size_t m = 0; m < metrics.size(); ++m) {
         const Metric& metric = *metrics[m];
-        if (all_on_device || (has_device && !host_is_fast_for(metric))) {
+        if (all_on_device || (rest_on_device && !host_is_fast_for(metric))) {
             on_device.push_back(m);
             continue;
         }

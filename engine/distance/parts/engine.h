@@ -58,6 +58,8 @@ struct DistanceSeconds {
     double waiting = 0;     // host: waiting for the device
     double adding = 0;      // host: adding partial sums in float64
     double total = 0;       // from start to end
+
+    double without_opening() const { return total - opening; }
 };
 
 /// What an engine's work may look at and adds to. All of it outlives the work.

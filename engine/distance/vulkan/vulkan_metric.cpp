@@ -81,6 +81,16 @@ Buffer download(Context& context, std::uint64_t bytes) {
     return {context, bytes, Traffic::download};
 }
 
+/// The most bytes of a buffer that any of the metrics needs.
+std::uint64_t most_of(const DeviceExtent& extent, std::span<const Metric* const> metrics,
+                      std::uint64_t (DeviceExtent::*bytes)(const Metric&) const) {
+    std::uint64_t most = 0;
+    for (const auto* metric : metrics) {
+        most = std::max(most, (extent.*bytes)(*metric));
+    }
+    return most;
+}
+
 }  // namespace
 
 std::uint64_t DeviceExtent::grid_bytes(const Metric& metric) const {
@@ -153,20 +163,6 @@ SlabBuffers::SlabBuffers(Context& context, const DeviceExtent& extent)
     std::ranges::fill(samples.host(), std::byte{0});
     std::ranges::fill(geometry.host(), std::byte{0});
 }
-
-namespace {
-
-/// The most bytes of a buffer that any of the metrics needs.
-std::uint64_t most_of(const DeviceExtent& extent, std::span<const Metric* const> metrics,
-                      std::uint64_t (DeviceExtent::*bytes)(const Metric&) const) {
-    std::uint64_t most = 0;
-    for (const auto* metric : metrics) {
-        most = std::max(most, (extent.*bytes)(*metric));
-    }
-    return most;
-}
-
-}  // namespace
 
 ScratchBuffers::ScratchBuffers(Context& context, const DeviceExtent& extent,
                                std::span<const Metric* const> metrics)
