@@ -19,6 +19,7 @@
 #include "app/output/output_directory.h"
 #include "app/pipeline/version.h"
 #include "engine/base/error.h"
+#include "engine/base/text.h"
 #include "engine/device/context.h"
 
 namespace {
@@ -47,9 +48,9 @@ int complain(const char* kind, std::string_view message, int status) noexcept {
     constexpr std::size_t kPart = 1000;  // bytes of the beginning and of the end
     const bool is_long = message.size() > 3 * kPart;
     std::fprintf(stderr, "merl-scan: %s%s%s%s%s\n", kind,
-                 printable(is_long ? message.substr(0, kPart) : message).c_str(),
+                 merl::printable(is_long ? message.substr(0, kPart) : message).c_str(),
                  is_long ? " ... " : "",
-                 is_long ? printable(message.substr(message.size() - kPart)).c_str() : "",
+                 is_long ? merl::printable(message.substr(message.size() - kPart)).c_str() : "",
                  results_are_in_place() ? "; the results are complete and in place" : "");
     return status;
 }

@@ -91,6 +91,12 @@ CLI::Option* add_output_options(CLI::App& command, std::string& out, bool& force
     return option;
 }
 
+CLI::Option* add_selection_option(CLI::App& command, std::string& selection,
+                                  const std::string& what) {
+    return command.add_option("--selection", selection, "The selection.csv " + what)
+        ->transform(not_empty());
+}
+
 void add_force_option(CLI::App& command, bool& force, const char* what) {
     command.add_flag("--force", force, what);
 }

@@ -27,6 +27,10 @@ CLI::Validator not_empty();
 /// Adds --out and --force of a command that writes a directory of results. Returns --out.
 CLI::Option* add_output_options(CLI::App& command, std::string& out, bool& force);
 
+/// Adds --selection; `what` is what it stands for.
+CLI::Option* add_selection_option(CLI::App& command, std::string& selection,
+                                  const std::string& what);
+
 /// Adds --force; `what` is what it does.
 void add_force_option(CLI::App& command, bool& force,
                       const char* what = "Replace the results in an existing directory");

@@ -17,6 +17,7 @@
 #include "app/output/provenance.h"
 #include "app/pages/compare_page.h"
 #include "engine/base/stopwatch.h"
+#include "engine/base/text.h"
 #include "scan/io/csv.h"
 #include "scan/select/compare_metrics.h"
 

@@ -29,6 +29,7 @@
 #include "engine/base/error.h"
 #include "engine/base/hash.h"
 #include "engine/base/stopwatch.h"
+#include "engine/base/text.h"
 #include "scan/io/csv.h"
 #include "scan/io/input.h"
 #include "scan/pairs/distance_table.h"
@@ -265,9 +266,7 @@ void add_judge(CLI::App& program, Command& chosen) {
     auto options = std::make_shared<Options>();
     auto* command = program.add_subcommand(
         "judge", "A kit for judges: one page that shows the selection and keeps the votes");
-    command->add_option("--selection", options->selection, "The selection.csv of a scan")
-        ->transform(not_empty())
-        ->required();
+    add_selection_option(*command, options->selection, "of a scan")->required();
     command
         ->add_option("--pairs", options->pairs,
                      "The pairs.csv of the same scan (default: the one beside the selection)")

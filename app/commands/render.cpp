@@ -29,6 +29,7 @@
 #include "engine/base/error.h"
 #include "engine/base/hash.h"
 #include "engine/base/stopwatch.h"
+#include "engine/base/text.h"
 #include "engine/database/open_database.h"
 #include "scan/io/csv.h"
 #include "scan/io/input.h"
@@ -311,10 +312,8 @@ void add_render(CLI::App& program, Command& chosen) {
         ->capture_default_str();
     add_database_option(*command, options->database,
                         "(default: built-in; with --selection the one that was scanned)");
-    command
-        ->add_option("--selection", options->selection,
-                     "The selection.csv of a scan: its materials, as they were scanned")
-        ->transform(not_empty());
+    add_selection_option(*command, options->selection,
+                         "of a scan: its materials, as they were scanned");
     command->add_option("--material", options->materials,
                         "A material, or names with commas between them, or the option more than "
                         "once (default: all, or those of the selection)");

@@ -22,6 +22,7 @@
 #include "app/output/provenance.h"
 #include "engine/base/error.h"
 #include "engine/base/stopwatch.h"
+#include "engine/base/text.h"
 #include "scan/io/csv.h"
 #include "scan/select/scan_tables.h"
 

@@ -27,6 +27,7 @@
 #include "engine/base/error.h"
 #include "engine/base/hash.h"
 #include "engine/base/stopwatch.h"
+#include "engine/base/text.h"
 #include "engine/database/abc_database.h"
 #include "engine/database/open_database.h"
 #include "scan/io/csv.h"
@@ -170,7 +171,7 @@ void print_metrics(const scan::Score& score) {
     print_line("");
     print_line(fmt::format("{:<{}}  {:<22}  {:<22}  {:<22}  {}", "metric", width, "majorities",
                            "votes", "slope", "log-likelihood per vote"));
-    for (const std::size_t m : best_first(score)) {
+    for (const std::size_t m : scan::best_first(score)) {
         const auto& metric = score.metrics[m];
         print_line(fmt::format("{:<{}}  {:<22}  {:<22}  {:<22}  {}", metric.name, width,
                                estimate_text(metric.majorities), estimate_text(metric.votes),
@@ -203,7 +204,7 @@ std::string p_text(double p) {
 
 /// The best metric against every other: who is right where they disagree.
 void print_pairs(const scan::Score& score) {
-    const std::size_t best = best_first(score).front();
+    const std::size_t best = scan::best_first(score).front();
     if (score.pairs.empty()) {
         return;
     }
@@ -211,7 +212,7 @@ void print_pairs(const scan::Score& score) {
     print_line(
         fmt::format("Where {} and another metric disagree, who is right (untied majorities):",
                     score.metrics[best].name));
-    for (const std::size_t other : best_first(score)) {
+    for (const std::size_t other : scan::best_first(score)) {
         for (const auto& pair : score.pairs) {
             if ((pair.first != best || pair.second != other) &&
                 (pair.first != other || pair.second != best)) {

@@ -16,6 +16,7 @@
 #include "app/output/image_file.h"
 #include "app/output/output_directory.h"
 #include "engine/base/error.h"
+#include "engine/base/text.h"
 #include "engine/database/domain.h"
 #include "engine/database/open_database.h"
 

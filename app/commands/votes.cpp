@@ -26,6 +26,7 @@
 #include "app/pages/votes_report.h"
 #include "engine/base/error.h"
 #include "engine/base/hash.h"
+#include "engine/base/text.h"
 #include "engine/database/abc_database.h"
 #include "scan/io/csv.h"
 #include "scan/io/input.h"
@@ -324,9 +325,7 @@ void add_votes(CLI::App& program, Command& chosen) {
         ->add_option("files", options->files, "The votes that the kit's page saved, a file a judge")
         ->required()
         ->transform(not_empty());
-    command->add_option("--selection", options->selection, "The selection.csv that was judged")
-        ->required()
-        ->transform(not_empty());
+    add_selection_option(*command, options->selection, "that was judged")->required();
     command
         ->add_option(
             "--kit", options->kit,

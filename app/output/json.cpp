@@ -4,8 +4,8 @@
 
 #include <cmath>
 
-#include "app/cli/terminal.h"
 #include "app/pipeline/version.h"
+#include "engine/base/text.h"
 #include "scan/io/json_format.h"
 #include "scan/pairs/pairs.h"
 

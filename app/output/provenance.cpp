@@ -4,6 +4,7 @@
 
 #include "app/cli/terminal.h"
 #include "app/output/json.h"
+#include "engine/base/text.h"
 #include "engine/distance/engines.h"
 
 namespace merl::app {

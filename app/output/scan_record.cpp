@@ -5,8 +5,8 @@
 #include <filesystem>
 
 #include "app/cli/progress.h"
-#include "app/cli/terminal.h"
 #include "engine/base/error.h"
+#include "engine/base/text.h"
 #include "engine/database/abc_database.h"
 #include "engine/database/content_hash.h"
 #include "engine/database/open_database.h"

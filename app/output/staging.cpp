@@ -18,8 +18,8 @@
 #include <utility>
 
 #include "app/cli/interrupt.h"
-#include "app/cli/terminal.h"
 #include "engine/base/error.h"
+#include "engine/base/text.h"
 #include "scan/io/csv.h"
 #include "scan/io/input.h"
 

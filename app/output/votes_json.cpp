@@ -2,8 +2,8 @@
 
 #include <string>
 
-#include "app/cli/terminal.h"
 #include "app/output/json.h"
+#include "engine/base/text.h"
 
 namespace merl::app {
 namespace {

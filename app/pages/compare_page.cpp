@@ -8,10 +8,10 @@
 #include <random>
 #include <vector>
 
-#include "app/cli/terminal.h"
 #include "app/output/provenance.h"
 #include "app/pages/compare_page_html.h"
 #include "app/pages/page.h"
+#include "engine/base/text.h"
 
 namespace merl::app {
 namespace {

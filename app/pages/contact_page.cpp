@@ -4,8 +4,8 @@
 
 #include <string_view>
 
-#include "app/cli/terminal.h"
 #include "app/pages/page.h"
+#include "engine/base/text.h"
 
 namespace merl::app {
 namespace {

@@ -6,9 +6,25 @@
 #include <stdexcept>
 #include <utility>
 
-#include "app/cli/terminal.h"
+#include "engine/base/text.h"
 
 namespace merl::app {
+namespace {
+
+/// What pages show as \xNN: the hidden characters but for tabs and line ends, which are nothing in
+/// a page, as they stand in the brackets of a regular expression of JavaScript with the flag u.
+std::string hidden_in_pages() {
+    std::string text;
+    for (const auto [first, last] : hidden_characters()) {
+        if (first != U'\t' && first != U'\r') {
+            text += fmt::format("\\u{{{:x}}}-\\u{{{:x}}}", static_cast<std::uint32_t>(first),
+                                static_cast<std::uint32_t>(last));
+        }
+    }
+    return text;
+}
+
+}  // namespace
 
 std::string markup_text(std::string_view text) {
     std::string result;

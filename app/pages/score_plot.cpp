@@ -5,13 +5,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numeric>
 #include <optional>
 #include <string_view>
 #include <vector>
 
-#include "app/cli/terminal.h"
 #include "app/pages/page.h"
+#include "engine/base/text.h"
 
 namespace merl::app {
 namespace {
@@ -176,19 +175,8 @@ circle { fill: #0550ae }
 
 }  // namespace
 
-std::vector<std::size_t> best_first(const scan::Score& score) {
-    std::vector<std::size_t> order(score.metrics.size());
-    std::iota(order.begin(), order.end(), std::size_t{0});
-    const auto share = [&](std::size_t metric) {
-        const double value = score.metrics[metric].majorities.value;
-        return std::isnan(value) ? -1 : value;
-    };
-    std::ranges::stable_sort(order, std::ranges::greater(), share);
-    return order;
-}
-
 std::string score_svg(const scan::Score& score, const std::string& subtitle) {
-    const auto order = best_first(score);
+    const auto order = scan::best_first(score);
     const std::array<Panel, 3> panels = {
         {{"Majorities predicted", &scan::MetricScore::majorities, 0.5, std::nullopt},
          {"Votes predicted", &scan::MetricScore::votes, 0.5, score.ceiling.value},

@@ -1,8 +1,6 @@
 #pragma once
 
-#include <cstddef>
 #include <string>
-#include <vector>
 
 #include "scan/score/score.h"
 
@@ -12,8 +10,5 @@ namespace merl::app {
 /// the votes and the log-likelihood, between chance and the ceiling. One SVG that needs nothing
 /// else. `subtitle` says what was judged.
 std::string score_svg(const scan::Score& score, const std::string& subtitle);
-
-/// Indices of the metrics by the share of majorities, best first; ties as they are.
-std::vector<std::size_t> best_first(const scan::Score& score);
 
 }  // namespace merl::app

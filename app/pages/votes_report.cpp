@@ -8,11 +8,11 @@
 #include <system_error>
 
 #include "app/cli/sphere_options.h"
-#include "app/cli/terminal.h"
 #include "app/output/image_file.h"
 #include "app/pages/page.h"
 #include "app/pages/votes_page_html.h"
 #include "engine/base/error.h"
+#include "engine/base/text.h"
 #include "scan/io/input.h"
 
 namespace merl::app {

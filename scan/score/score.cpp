@@ -5,7 +5,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
+#include <numeric>
 
 #include "scan/statistics/choice_model.h"
 #include "scan/statistics/sign_test.h"
@@ -349,6 +351,17 @@ Score score(const Judgements& judgements, std::span<const ScoredMetric> metrics,
     }
     result.pairs = pair_scores(judgements, metrics, sampled);
     return result;
+}
+
+std::vector<std::size_t> best_first(const Score& score) {
+    std::vector<std::size_t> order(score.metrics.size());
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    const auto share = [&](std::size_t metric) {
+        const double value = score.metrics[metric].majorities.value;
+        return std::isnan(value) ? -1 : value;
+    };
+    std::ranges::stable_sort(order, std::ranges::greater(), share);
+    return order;
 }
 
 }  // namespace merl::scan

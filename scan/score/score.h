@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <span>
@@ -65,5 +66,8 @@ std::vector<std::uint32_t> open_pairs(const Judgements& judgements, const Scored
 Score score(const Judgements& judgements, std::span<const ScoredMetric> metrics,
             const BootstrapOptions& options,
             const std::function<void(double share)>& progress = {});
+
+/// Indices of the metrics by the share of majorities, best first; ties as they are.
+std::vector<std::size_t> best_first(const scan::Score& score);
 
 }  // namespace merl::scan

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "engine/base/error.h"
+#include "engine/base/text.h"
 #include "scan/io/input.h"
 #include "scan/votes/judge_name.h"
 
@@ -138,7 +139,7 @@ class Experiment {
 };
 
 void check_kit(const SelectionFile& selection, const std::string& selection_hash, const Kit& kit) {
-    if (kit.first_metric != selection.first_metric ||
+    if (kit.first_metric != as_utf8(selection.first_metric) ||
         kit.second_metric != selection.second_metric) {
         throw InputError(
             fmt::format("{}: found the metrics {} and {}; expected {} and {}, as in {}", kit.file,

@@ -190,6 +190,12 @@ TEST(GatherVotes, AnotherKitIsExplained) {
     expect_refused(files, &kit, {"kit.json", "hash g", "expected h", "s.csv"});
     kit = changed("[\"x\", \"y\"]", "[\"y\", \"x\"]");
     expect_refused(files, &kit, {"kit.json", "metrics y and x", "expected x and y"});
+    // Names that are no UTF-8 stand escaped in kit.json, and there alone.
+    kit = changed("[\"x\", \"y\"]", R"(["x\\xff", "y"])");
+    auto raw = selection();
+    raw.first_metric = "x\xff";
+    EXPECT_NO_THROW(gather_votes(raw, "h", &kit, files));
+    expect_refused(files, &kit, {"kit.json", "metrics x\\xff and y", "expected x and y"});
     kit = changed("[\"b\", \"a\"]", "[\"b\", \"e\"]");
     expect_refused(files, &kit, {"configuration 1", "is not that of s.csv"});
     kit = changed("\"configuration\": 1", "\"configuration\": 9");

@@ -1,0 +1,28 @@
+#pragma once
+
+#include <span>
+#include <string>
+#include <string_view>
+
+namespace merl {
+
+/// The text with every byte that is not UTF-8 as \xNN. A backslash before an x becomes \x5c, so
+/// that different texts stay different.
+std::string as_utf8(std::string_view text);
+
+/// The text that as_utf8 made this of.
+std::string from_utf8(std::string_view text);
+
+/// as_utf8 with hidden characters as \xNN too: on one line, harmless to a terminal, and what looks
+/// the same is the same.
+std::string printable(std::string_view text);
+
+struct CharacterRange {
+    char32_t first, last;
+};
+
+/// Control characters, and those that are not seen but change how others are (the order of writing,
+/// joining, nothing at all).
+std::span<const CharacterRange> hidden_characters();
+
+}  // namespace merl
