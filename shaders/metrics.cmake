@@ -52,9 +52,10 @@ function(add_metrics target folder list)
       DEPENDS make_twin ${template} ${file} VERBATIM)
     target_sources(${target} PRIVATE ${twin})
     # Whatever a metric calls has to be inlined before its loop over voxels becomes vectors, and a
-    # condition may only become a choice where nobody asks which operations raised a flag.
+    # condition may only become a choice where nobody asks which operations raised a flag. In a twin
+    # "float" is a macro, for double.
     set_source_files_properties(${twin} PROPERTIES
-      COMPILE_OPTIONS "-fno-trapping-math;-finline-functions;--param=max-inline-insns-auto=1000;--param=max-inline-insns-single=1000;--param=inline-unit-growth=1000")
+      COMPILE_OPTIONS "-fno-trapping-math;-finline-functions;$<$<CXX_COMPILER_ID:GNU>:--param=max-inline-insns-auto=1000;--param=max-inline-insns-single=1000;--param=inline-unit-growth=1000>;$<$<CXX_COMPILER_ID:Clang>:-Wno-keyword-macro>")
     string(APPEND declarations "extern const BuiltMetric metric_${METRIC_ID};\n")
     string(APPEND entries "glsl::metric_${METRIC_ID}, ")
   endforeach()

@@ -147,7 +147,7 @@ TEST(DamageCheck, HolesOfPages) {
             expect_fault(samples, "like a hole in the file");
         }
     }
-    for (const std::uint64_t bytes : {65'536, 300'000}) {
+    for (const std::uint64_t bytes : {65'536U, 300'000U}) {
         auto samples = whole();
         lose(samples, 40960, 40960 + bytes);
         expect_fault(samples, "like a hole in the file");

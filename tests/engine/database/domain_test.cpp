@@ -80,7 +80,7 @@ TEST(VoxelList, RunsOfAnyPartAreThePartOfAllRuns) {
         }
     }
     ASSERT_EQ(list.size(), expected.size());
-    for (const std::uint64_t step : {1, 7, 64, 10000}) {
+    for (const std::uint64_t step : {1U, 7U, 64U, 10000U}) {
         std::vector<std::uint64_t> got;
         for (std::uint64_t first = 0; first < list.size(); first += step) {
             const std::uint64_t last = std::min(first + step, list.size());

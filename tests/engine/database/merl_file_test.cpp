@@ -145,7 +145,7 @@ TEST(MerlFile, AFileOverAllOfPhiDIsRefused) {
     for (const auto& [theta_h, theta_d, phi_d] :
          {std::array{9, 9, 36}, std::array{3, 5, 20}, std::array{1, 1, 4}}) {
         write_bytes(path, header(theta_h, theta_d, phi_d) +
-                              numbers(std::size_t{3} * theta_h * theta_d * phi_d, 1));
+                              numbers(static_cast<std::size_t>(3 * theta_h * theta_d * phi_d), 1));
         expect_refused(path, "over [0, 2 pi)", [&] { read_merl_header(path); });
     }
     write_bytes(path, header(9, 9, 35) + numbers(std::size_t{3} * 9 * 9 * 35, 1));

@@ -64,7 +64,7 @@ TEST(Distances, AgreeWithTheReferenceAtAwkwardSizes) {
     const Grid middle = {
         .theta_h = 13, .theta_d = 11, .phi_d = 17};  // several blocks, the last cut
     for (const auto voxels : {VoxelSet::above_horizon, VoxelSet::all}) {
-        for (const std::size_t materials : {2, 10, 13, 21}) {
+        for (const std::size_t materials : {2U, 10U, 13U, 21U}) {
             for (const bool in_shaders : {false, true}) {
                 expect_as_reference(test::engines(in_shaders), small, materials, voxels);
                 expect_as_reference(test::engines(in_shaders), middle, materials, voxels);

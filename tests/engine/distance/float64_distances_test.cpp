@@ -28,7 +28,7 @@ TEST(Reference, DoesNotDependOnMemoryOrThreads) {
     const auto expected = float64_distances(database, requests);
     ASSERT_EQ(expected[0].size(), 253U);
     ASSERT_EQ(expected[1].size(), requests[1].pairs.size());
-    for (const std::size_t threads : {1, 2, 5}) {
+    for (const std::size_t threads : {1U, 2U, 5U}) {
         const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
         for (const std::uint64_t memory : {0U, 1'000'000U, 3'000'000U, 9'000'000U}) {
             EXPECT_EQ(float64_distances(database, requests, VoxelSet::above_horizon, {}, memory),

@@ -17,7 +17,7 @@ SlabPlan plan(const EngineNeeds& needs, std::uint64_t memory, const Workload& wo
 }
 
 TEST(SlabPlan, CoversAllVoxelsWithinMemoryAndWhatEnginesCan) {
-    for (const std::uint64_t materials : {2, 10, 100, 1000}) {
+    for (const std::uint64_t materials : {2U, 10U, 100U, 1000U}) {
         for (const std::uint64_t memory : {128 * kMiB, 256 * kMiB, 1024 * kMiB}) {
             for (const std::uint64_t most : {std::uint64_t{3}, EngineNeeds::kUnbounded}) {
                 const std::array needs = {EngineNeeds{.fixed_bytes = materials * materials * 4,
@@ -54,7 +54,7 @@ TEST(SlabPlan, SlabsStayNearTheCachesThatEnginesWorkFrom) {
 
 TEST(SlabPlan, WhatIsReadCountsToo) {
     const EngineNeeds needs = {.block_bytes = 1000};
-    for (const std::uint64_t threads : {1, 2, 64}) {
+    for (const std::uint64_t threads : {1U, 2U, 64U}) {
         const Workload workload = {
             .materials = 100, .voxels = kMerlVoxels, .threads = threads, .list_bytes = kMiB};
         const auto p = plan(needs, 64 * kMiB, workload);
