@@ -22,7 +22,7 @@ tests)
     packages+=(
         python3 spirv-tools vulkan-validationlayers chromium   # what tests run
         libgtest-dev libgmock-dev libbenchmark-dev             # what they are made of
-        clang-format clang-tidy clang                          # style, and a second compiler
+        clang-format clang-tidy clang libclang-rt-dev          # style, a second compiler, its sanitizers
     )
     ;;
 *)
