@@ -11,14 +11,7 @@
 #include <utility>
 #include <vector>
 
-// One binary for every x86-64 processor that still uses the widest vectors it finds. The variant is
-// picked at load time, which glibc can do, and where ThreadSanitizer crashes.
-#if defined(__x86_64__) && defined(__GLIBC__) && !defined(__clang__) && \
-    !defined(__SANITIZE_THREAD__)
-#define MERL_SCAN_WIDEST_VECTORS __attribute__((target_clones("avx512f", "avx2", "default")))
-#else
-#define MERL_SCAN_WIDEST_VECTORS
-#endif
+#include "engine/base/widest_vectors.h"
 
 namespace merl::scan {
 namespace {
