@@ -207,6 +207,12 @@ int write(const Options& options) {
                     fmt::format("{}: is the database that is read; write into another directory",
                                 options.out));
     }
+    if (engine::is_over_all_of_phi_d(database->grid())) {
+        throw InputError(fmt::format(
+            "{}: the grid is {}; with so many phi_d its files would be taken for BRDFs over [0, 2 "
+            "pi), and refused",
+            database->name(), database->grid().text()));
+    }
     std::vector<OutputFile> files;
     Progress progress("writing", options.quiet);
     for (std::size_t m = 0; m < materials.size(); ++m) {

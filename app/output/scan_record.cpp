@@ -120,6 +120,11 @@ std::string database_option(const ScanRecord& record) {
     if (record.kind == engine::built_in_kind) {
         return engine::kBuiltIn;
     }
+    if (record.path.empty()) {
+        throw InputError(fmt::format(
+            "{} does not say where the database of the scan is ({}); --database names it",
+            record.summary, record.kind));
+    }
     std::error_code ignored;
     if (!std::filesystem::exists(record.path, ignored)) {
         throw InputError(

@@ -14,10 +14,10 @@ class Cancelled : public std::exception {
 };
 
 /// How a caller follows long work and ends it. Work looks at it between pieces, within a second but
-/// for compilers and drivers.
+/// for compilers, drivers and what a function says of itself.
 struct Control {
     /// Called with the stage that is at work ("distances", "refining" ...) and the share of it that
-    /// is done, from 0 to 1. What it throws ends the work and comes out.
+    /// is done, from 0 to 1, one call at a time. What it throws ends the work and comes out.
     std::function<void(std::string_view stage, double share)> progress = {};
     std::stop_token stop = {};
 

@@ -1,6 +1,9 @@
 #include "app/pipeline/pair_distances.h"
 
+#include <fmt/format.h>
+
 #include "app/pipeline/version.h"
+#include "engine/base/error.h"
 #include "engine/base/hash.h"
 #include "engine/base/stopwatch.h"
 #include "scan/io/input.h"
@@ -44,6 +47,12 @@ MetricProvenance provenance_of(const engine::Metric& metric) {
 PairDistances compute_pair_distances(engine::Engines& engines, const engine::Database& database,
                                      std::span<const engine::Metric* const> metrics,
                                      std::uint64_t memory_bytes, const Control& control) {
+    if (database.materials().size() < 2) {
+        throw InputError(fmt::format("{}: found {} material{}; distances need at least two",
+                                     database.name(), database.materials().size(),
+                                     database.materials().size() == 1 ? "" : "s"));
+    }
+    engine::require_usable(database);
     auto computed = engine::compute_distances(
         engines, database, metrics,
         {.memory_bytes = memory_bytes, .progress = control.stage("distances")});

@@ -71,8 +71,9 @@ struct PairDistances {
 };
 
 /// Computes the distances of all pairs of a database under some metrics, each material read once.
-/// The stage is "distances". Throws Error, what compute_distances() of the engine throws, and
-/// Cancelled.
+/// The stage is "distances". Throws InputError for a database that cannot be used or has fewer than
+/// two materials, Error (device) and NoDriverError where no device will do (engine/distance/
+/// engines.h), MemoryError, and Cancelled.
 PairDistances compute_pair_distances(engine::Engines& engines, const engine::Database& database,
                                      std::span<const engine::Metric* const> metrics,
                                      std::uint64_t memory_bytes = 1ULL << 30U,

@@ -1,6 +1,7 @@
 #include "app/pipeline/refine.h"
 
 #include <algorithm>
+#include <stdexcept>
 #include <vector>
 
 #include "engine/distance/float64_distances.h"
@@ -29,6 +30,17 @@ void replace(const std::vector<std::uint32_t>& pairs, const std::vector<double>&
 }
 
 }  // namespace
+
+void require_source(const scan::DistanceTable& table, const engine::Database& database,
+                    std::span<const engine::Metric* const> metrics) {
+    if (database.materials() != table.names ||
+        !std::ranges::equal(metrics, table.metrics, {}, &engine::Metric::name,
+                            &scan::MetricColumn::metric)) {
+        throw std::invalid_argument(
+            "distances go with the database and the metrics that they were computed from, in the "
+            "order of the table");
+    }
+}
 
 Refined refine(scan::Distances& distances, const engine::Database& database,
                const std::array<const engine::Metric*, 2>& metrics, std::uint32_t select,

@@ -14,6 +14,11 @@
 
 namespace merl::pipeline {
 
+/// Throws std::invalid_argument unless the table has the distances of these materials under these
+/// metrics, in their order.
+void require_source(const scan::DistanceTable& table, const engine::Database& database,
+                    std::span<const engine::Metric* const> metrics);
+
 /// What refining took.
 struct Refined {
     std::uint64_t first = 0;  // distances recomputed under the first metric
@@ -23,7 +28,7 @@ struct Refined {
 /// Replaces, in float64, every distance on which a sign of a configuration or the selection rests
 /// and which its bound leaves open, until nothing is left open: then the count of disagreements and
 /// the selection are those of float64 (scan/select/undecided.h). Samples stay within `memory_bytes`
-/// (reference.h). `progress` may throw.
+/// (float64_distances.h). `progress` may throw.
 Refined refine(scan::Distances& distances, const engine::Database& database,
                const std::array<const engine::Metric*, 2>& metrics, std::uint32_t select,
                std::uint32_t per_material, std::uint64_t memory_bytes,

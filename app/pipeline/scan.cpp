@@ -41,13 +41,22 @@ std::vector<scan::Configuration> list_disagreements(const scan::Distances& dista
 ScanResult scan_distances(scan::DistanceTable table, const engine::Database* database,
                           std::span<const engine::Metric* const> metrics,
                           const ScanOptions& options, const Control& control) {
+    if (table.metrics.size() < 2) {
+        throw std::invalid_argument(
+            fmt::format("a table of {} metrics: a scan takes the first two", table.metrics.size()));
+    }
+    if (database != nullptr) {
+        require_source(table, *database, metrics);
+    }
     ScanResult result;
     Stopwatch watch;
     auto& distances = result.distances;
     distances = std::exchange(table, {}).distances(0, 1);
     result.undecided = scan::count_undecided(distances);
-    result.exact = !options.fast && std::ranges::all_of(metrics, &engine::Metric::has_twin);
-    for (const auto* metric : metrics) {
+    const auto both = metrics.first(std::min<std::size_t>(metrics.size(), 2));
+    result.exact = !options.fast && (database != nullptr || result.undecided == 0) &&
+                   std::ranges::all_of(both, &engine::Metric::has_twin);
+    for (const auto* metric : both) {
         if (!metric->has_bound()) {
             result.unbounded.push_back(metric->name);
         }
@@ -69,6 +78,7 @@ ScanResult scan_distances(scan::DistanceTable table, const engine::Database* dat
     control.update("listing", 0);
     result.disagreements = list_disagreements(distances, result.census.counts.disagreements(),
                                               options.disagreements, control);
+    control.update("listing", 1);
     result.seconds.list = watch.lap();
     return result;
 }

@@ -20,7 +20,8 @@ namespace merl::pipeline {
 struct ScanOptions {
     std::uint32_t select = 100;                  // configurations for judges
     std::uint32_t per_material = 10;             // in how many of them a material may take part
-    std::optional<std::uint64_t> disagreements;  // how many to list, the strongest; all without
+    std::optional<std::uint64_t> disagreements;  // how many to list, the strongest; without: all
+                                                 // of them, which may be millions
     bool fast = false;                           // do not refine
     std::uint64_t memory_bytes = 1ULL << 30U;    // for refining
 };
@@ -48,7 +49,9 @@ struct ScanResult {
 
 /// Where two metrics disagree: refines what float32 leaves open, counts, selects and lists. Takes
 /// the first two metrics of the table. `database` and `metrics` are those that it was computed
-/// from; null and empty for one that was read. The stages are "refining" and "listing". Throws
+/// from, in its order; null and empty for one that was read. The stages are "refining" and
+/// "listing"; in between it cannot be cancelled while pairs are counted (two seconds with 440
+/// materials, seven with 3,000). Throws what require_source() (refine.h) throws,
 /// TooManyDisagreements before it lists, what float64_distances() throws, and Cancelled.
 ScanResult scan_distances(scan::DistanceTable table, const engine::Database* database,
                           std::span<const engine::Metric* const> metrics,

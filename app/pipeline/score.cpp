@@ -13,6 +13,7 @@ ScoreResult score_distances(scan::DistanceTable& table, const scan::JudgementFil
     Stopwatch watch;
     result.judgements = scan::resolve_judgements(judgements, table.names);
     if (database != nullptr) {
+        require_source(table, *database, metrics);
         result.refined = refine_judged(table, result.judgements, *database, metrics,
                                        options.memory_bytes, control.stage("refining"));
     }

@@ -29,8 +29,8 @@ struct ScoreResult {
 
 /// How well distances predict judgements, after what float32 leaves open of that is refined in
 /// `table`. `database` and `metrics` are those that the table was computed from; null and empty for
-/// one that was read. The stages are "refining" and "scoring". Throws what resolve_judgements(),
-/// float64_distances() and scan::score() throw, and Cancelled.
+/// one that was read. The stages are "refining" and "scoring". Throws what require_source()
+/// (refine.h), resolve_judgements(), float64_distances() and scan::score() throw, and Cancelled.
 ScoreResult score_distances(scan::DistanceTable& table, const scan::JudgementFile& judgements,
                             const engine::Database* database,
                             std::span<const engine::Metric* const> metrics,

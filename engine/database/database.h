@@ -31,8 +31,7 @@ using SampleSink = std::function<void(std::size_t plane, std::span<const std::by
 /// Measured BRDFs on one grid, read a range of voxels at a time.
 ///
 /// A kind of database is a class derived from this one and a line in open_database.cpp. It fills in
-/// the members below in its constructor: at least two materials for a scan, whose names may become
-/// names of files. One that wraps others hands the sink on to them.
+/// the members below in its constructor. One that wraps others hands the sink on to them.
 class Database {
   public:
     virtual ~Database() = default;
@@ -40,23 +39,28 @@ class Database {
     Database& operator=(const Database&) = delete;
 
     const std::string& name() const { return name_; }
-    const std::string& kind() const { return kind_; }  // "MERL directory", "built-in stand-in" ...
+    /// What it is, for people: "MERL directory", "built-in stand-in" ... Summaries have it.
+    const std::string& kind() const { return kind_; }
 
-    /// Where it is, absolute; empty for one that is not in a file.
+    /// Where it is, absolute, so that what comes after a scan can open it again by that; empty for
+    /// one that is not in a file.
     const std::string& path() const { return path_; }
 
     const Grid& grid() const { return grid_; }
 
-    /// Names sorted bytewise, without extension; the order of everything else.
+    /// Names as require_usable() has them, without extension; their order is that of everything
+    /// else.
     const std::vector<std::string>& materials() const { return materials_; }
 
     /// Reflectance in 1/sr of one material, by its index: `samples` gets three planes (red, green,
     /// blue) of `range.size()` numbers each, in the order of the voxels in MERL files (Domain).
     /// Negative numbers mean "not measured" and come as they are; the others are finite and at most
-    /// kMaxReflectance. With `sink`, what identifies these samples is handed to it: the bytes of
-    /// each plane of the range, or, of samples that are computed from a few figures, those figures
-    /// to plane 0 when the range begins with voxel 0. Whoever wants that reads all ranges in order.
-    /// Any thread may call it. Throws InputError that names the file, the voxel and what was found.
+    /// kMaxReflectance; below the horizon any number will do. With `sink`, what identifies these
+    /// samples is handed to it: the bytes of each plane of the range, or, of samples that are
+    /// computed from a few figures, those figures to plane 0 when the range begins with voxel 0.
+    /// Whoever wants that reads all ranges in order. Any thread may call it. Throws InputError that
+    /// names the file, the voxel and what was found. Names of materials may hold any character:
+    /// whoever prints them sees to that.
     virtual void read(std::size_t material, VoxelRange range, std::span<double> samples,
                       const SampleSink& sink = {}) const = 0;
 
@@ -70,6 +74,11 @@ class Database {
     Grid grid_;
     std::vector<std::string> materials_;
 };
+
+/// Throws InputError unless the grid has 1 to kMaxSide voxels a side and at most kMaxVoxels, and
+/// the materials have different names, ascending bytewise, that can become names of files: not
+/// empty, without a slash and a zero byte, and not beginning with a dot.
+void require_usable(const Database& database);
 
 /// Reads a whole material, some voxels at a time and in order: `use` gets each range and its
 /// planes, as Database::read() gives them.

@@ -36,13 +36,8 @@ MemoryDatabase::MemoryDatabase(std::string name, const Grid& grid,
         throw InputError(fmt::format("{}: samples of {} materials; expected those of {}", name_,
                                      samples_.size(), materials_.size()));
     }
+    require_usable(*this);
     for (std::size_t m = 0; m < materials_.size(); ++m) {
-        if (m > 0 && materials_[m - 1] >= materials_[m]) {
-            throw InputError(
-                fmt::format("{}: the material \"{}\" comes after \"{}\"; expected "
-                            "different names, ascending bytewise",
-                            name_, materials_[m], materials_[m - 1]));
-        }
         if (samples_[m].size() != 3 * grid.voxels()) {
             throw InputError(fmt::format("{}: {} has {} numbers; expected {}, three planes of {}",
                                          name_, materials_[m], samples_[m].size(),

@@ -68,8 +68,13 @@ std::vector<MerlEntry> list_merl_directory(const std::filesystem::path& director
             }
         }
     } catch (const std::filesystem::filesystem_error& error) {
-        throw InputError(fmt::format("{}: cannot be read as a directory of .binary files: {}",
-                                     directory.string(), error.code().message()));
+        std::error_code none;
+        throw InputError(fmt::format(
+            "{}: cannot be read as a directory of .binary files: {}{}", directory.string(),
+            error.code().message(),
+            std::filesystem::is_regular_file(directory, none) && has_merl_extension(directory)
+                ? "; a database is the directory that the file is in"
+                : ""));
     }
     std::sort(entries.begin(), entries.end(), [](const MerlEntry& a, const MerlEntry& b) {
         return std::tie(a.material, a.path) < std::tie(b.material, b.path);

@@ -57,7 +57,7 @@ Grid checked_header(const File& file) {
     }
     const Grid grid = {static_cast<std::uint32_t>(sizes[0]), static_cast<std::uint32_t>(sizes[1]),
                        static_cast<std::uint32_t>(sizes[2])};
-    if (grid.phi_d == 4 * std::uint64_t{grid.theta_d}) {
+    if (is_over_all_of_phi_d(grid)) {
         file.fail(
             fmt::format("the header says {}; so many phi_d are those of a BRDF over [0, 2 pi), "
                         "which cannot be read yet; expected phi_d over [0, pi) (MERL: 90 x 90 x "
@@ -94,6 +94,10 @@ MERL_SCAN_WIDEST_VECTORS bool scale(std::span<double> samples, double factor) {
 }
 
 }  // namespace
+
+bool is_over_all_of_phi_d(const Grid& grid) {
+    return grid.phi_d == 4 * std::uint64_t{grid.theta_d};
+}
 
 MerlHeader read_merl_header(const std::filesystem::path& path) {
     File file(path);

@@ -28,10 +28,13 @@ struct MerlHeader {
     FileState state;
 };
 
+/// Whether a file with these sizes would be one over [0, 2 pi): four times as many phi_d as
+/// theta_d, like 90 x 90 x 360, which nothing but its sizes tells from one over [0, pi).
+bool is_over_all_of_phi_d(const Grid& grid);
+
 /// Reads and checks the header against the size of the file. Throws Error (input) on everything
 /// that is not a whole MERL file: missing, not a regular file, empty, truncated, over-long, sizes
-/// that are zero, negative or too large; and on a file over all of phi_d (four times as many phi_d
-/// as theta_d, like 90 x 90 x 360), which nothing but its sizes tells from one over [0, pi).
+/// that are zero, negative or too large; and on a file over all of phi_d.
 ///
 /// Waits some milliseconds if the file was written just now: the kernel's clock for files ticks
 /// slowly, and what is written after this returns has to get another time.

@@ -43,18 +43,20 @@ const std::array kKinds = {
 };
 
 const Kind& kind_of(const std::string& name) {
+    std::error_code none;
+    if (!name.empty() && name != kBuiltIn && !std::filesystem::exists(name, none)) {
+        throw InputError(
+            fmt::format("{}: there is no such database; expected {}", name, database_help()));
+    }
     return *std::ranges::find_if(kKinds, [&](const Kind& kind) { return kind.recognises(name); });
 }
 
 }  // namespace
 
 std::unique_ptr<Database> open_database(const std::string& name) {
-    std::error_code none;
-    if (!name.empty() && name != kBuiltIn && !std::filesystem::exists(name, none)) {
-        throw InputError(
-            fmt::format("{}: there is no such database; expected {}", name, database_help()));
-    }
-    return kind_of(name).open(name);
+    auto database = kind_of(name).open(name);
+    require_usable(*database);
+    return database;
 }
 
 DatabaseListing list_database(const std::string& name) {

@@ -1,5 +1,9 @@
 #include "engine/database/subset_database.h"
 
+#include <algorithm>
+#include <functional>
+#include <stdexcept>
+
 namespace merl::engine {
 namespace {
 
@@ -29,6 +33,11 @@ class SubsetDatabase final : public Database {
 
 std::unique_ptr<Database> make_subset(std::shared_ptr<const Database> whole,
                                       std::vector<std::size_t> materials) {
+    if (std::ranges::adjacent_find(materials, std::greater_equal()) != materials.end() ||
+        (!materials.empty() && materials.back() >= whole->materials().size())) {
+        throw std::invalid_argument(
+            "a subset is made of different materials of a database, ascending");
+    }
     return std::make_unique<SubsetDatabase>(std::move(whole), std::move(materials));
 }
 

@@ -66,7 +66,7 @@ struct Metric {
     std::vector<double> parameters;  // the chosen value of each of header.parameters
     MetricTwin twin;                 // of a library metric; a user's has none
 
-    /// Whether float64 distances can be had on the CPU (reference.h).
+    /// Whether float64 distances can be had on the CPU (float64_distances.h).
     bool has_twin() const { return twin.sum != nullptr; }
 
     bool has_bound() const { return header.degree > 0; }

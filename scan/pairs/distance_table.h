@@ -45,7 +45,7 @@ DistanceTable parse_distance_table(std::string_view text, const std::string& fil
                                    const std::function<void(double share)>& progress = {});
 
 /// Writes material_a,material_b and a column per metric: one row a pair, in pair order, numbers in
-/// the fewest digits that read back the same. Throws like the functions of tables.h.
+/// the fewest digits that read back the same. Throws std::system_error when writing fails.
 void write_distance_table(int file, const DistanceTable& table,
                           const std::function<void(double share)>& progress = {});
 

@@ -4,8 +4,8 @@
 
 namespace merl::scan {
 
-// The CSV tables of `score`, written as those of tables.h are. Figures that are not determined are
-// empty; infinite slopes are inf and -inf.
+// The CSV tables of `score`, written as those of select/scan_tables.h are. Figures that are not
+// determined are empty; infinite slopes are inf and -inf.
 
 /// metric,majorities,majorities_low,majorities_high,votes,…,slope,…,log_likelihood_per_vote,…,
 /// log_likelihood,ties,undecided,zero_distances: one row a metric, in the order of the score.

@@ -45,8 +45,8 @@ ComparisonResult compare_metrics(const DistanceTable& table, std::uint32_t stron
                                  const std::function<void(double share)>& progress = {});
 
 /// Writes compare.csv: the two metrics, the counts, the rate of disagreement, tau-b and the
-/// strongest disagreement; a row a comparison, an empty field where there is none. Throws like the
-/// functions of tables.h.
+/// strongest disagreement; a row a comparison, an empty field where there is none. Throws
+/// std::system_error when writing fails.
 void write_comparisons(int file, const DistanceTable& table,
                        const std::vector<Comparison>& comparisons);
 

@@ -1,8 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 
-// Samples of a slab -> a metric's grid: transformed samples and their weights, rounded to float32. For
-// a metric without a twin in C++ (engine/distance/host/host_grid.h).
+// Samples of a slab -> a metric's grid: transformed samples and their weights, rounded to float32.
 // One invocation makes one cell of one material. On lavapipe texel fetches are vectorised, and loads
 // from storage buffers are not.
 

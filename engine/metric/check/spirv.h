@@ -90,7 +90,7 @@ class Module {
     std::map<Id, Id> nulls_;
 };
 
-/// The operands that are ids, for the instructions that may be in a metric (metric_code.cpp).
+/// The operands that are ids, for the instructions that may be in a metric (code.cpp).
 std::vector<Id> ids_of(const Instruction& instruction);
 
 /// The labels that the last instruction of a block may go to.

@@ -275,7 +275,7 @@ class Info(Case):
     def test_missing(self):
         for path in "nowhere", "nowhere/":
             self.assert_missing(path)
-            self.assert_refused(INPUT, [path, "No such file"], "database", "info", path)
+            self.assert_refused(INPUT, [path, "no such database"], "database", "info", path)
 
     def test_impossible_name(self):
         self.assert_missing("x" * 300)

@@ -123,6 +123,14 @@ class Judge(Provenance):
                                     "--database"], *self.judge)
         self.make_kit("--database", "moved")
 
+    def test_a_database_without_a_place(self):
+        """As that of another program: in memory."""
+        summary = read_json(self.work / "results" / "summary.json")
+        summary["database"] |= {"kind": "in memory", "path": None}
+        (self.work / "results" / "summary.json").write_text(json.dumps(summary))
+        self.assert_refused(INPUT, ["results/summary.json does not say where", "in memory",
+                                    "--database"], *self.judge)
+
     def test_without_a_summary(self):
         (self.work / "results" / "summary.json").unlink()
         self.assert_refused(INPUT, ["results/summary.json is missing", "results/selection.csv",

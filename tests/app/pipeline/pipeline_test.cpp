@@ -10,6 +10,8 @@
 #include "app/pipeline/spheres.h"
 #include "engine/database/abc_database.h"
 #include "engine/database/memory_database.h"
+#include "engine/database/subset_database.h"
+#include "scan/score/judgement_file.h"
 #include "tests/engine/support.h"
 
 namespace merl::pipeline {
@@ -109,6 +111,57 @@ TEST(Pipeline, ATableIsTakenAsExact) {
     EXPECT_TRUE(result.exact);
     EXPECT_EQ(result.census.counts.disagreements(), 1U);
     EXPECT_THROW(read_pair_distances((directory.path / "none.csv").string()), InputError);
+}
+
+TEST(Pipeline, WhatDoesNotBelongTogetherIsRefused) {
+    const std::shared_ptr<const engine::Database> database = coarse_database();
+    const auto distances = distances_of(*database);
+    const auto& both = two_metrics();
+    const std::array swapped = {both[1], both[0]};
+    const auto some = engine::make_subset(database, {0, 1, 2});
+    const scan::JudgementFile judgements =
+        scan::parse_judgements("reference,a,b,votes_a,votes_b\nalumina-oxide,nickel,nylon,3,1\n",
+                               "j", distances.table.names);
+    const auto refused = [&](const engine::Database& from,
+                             std::span<const engine::Metric* const> metrics) {
+        EXPECT_THROW(scan_distances(distances.table, &from, metrics), std::invalid_argument);
+        auto table = distances.table;
+        EXPECT_THROW(score_distances(table, judgements, &from, metrics), std::invalid_argument);
+    };
+    refused(*database, {});
+    refused(*database, std::span(both).first(1));
+    refused(*database, swapped);
+    refused(*some, both);
+    auto one = distances.table;
+    one.metrics.pop_back();
+    EXPECT_THROW(scan_distances(one, database.get(), std::span(both).first(1)),
+                 std::invalid_argument);
+    EXPECT_THROW(scan_distances(one, nullptr, {}), std::invalid_argument);
+    // Without the database what is open stays open, and is said to.
+    const auto open = scan_distances(distances.table, nullptr, {}, {.disagreements = 0});
+    EXPECT_GT(open.undecided, 0U);
+    EXPECT_FALSE(open.exact);
+    // A single material has no distance.
+    EXPECT_THROW(distances_of(*engine::make_subset(database, {7})), InputError);
+    EXPECT_THROW(distances_of(*engine::make_subset(database, {})), InputError);
+}
+
+TEST(Pipeline, AScanIsOfTheFirstTwoMetrics) {
+    const auto database = coarse_database();
+    const std::array three = {two_metrics()[0], two_metrics()[1], &engine::find_metric("rmse")};
+    engine::Engines engines(engine::kHost);
+    const auto distances = compute_pair_distances(engines, *database, three);
+    const auto result =
+        scan_distances(distances.table, database.get(), three, {.disagreements = 0});
+    const auto two = scan_distances(distances_of(*database).table, database.get(), two_metrics(),
+                                    {.disagreements = 0});
+    EXPECT_TRUE(result.exact);
+    EXPECT_EQ(result.census.counts.disagreements(), two.census.counts.disagreements());
+    EXPECT_EQ(result.refined.first, two.refined.first);
+    double last = 0;
+    scan_distances(distances.table, database.get(), three, {},
+                   {.progress = [&](std::string_view, double share) { last = share; }});
+    EXPECT_EQ(last, 1);
 }
 
 TEST(Pipeline, MetricsAreOpenedByNameAndNotTwice) {

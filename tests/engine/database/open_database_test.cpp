@@ -95,6 +95,9 @@ TEST(SubsetDatabase, HandsOnWhatIdentifiesSamples) {
     EXPECT_EQ(hash_of_database(*some), hash_of_database(*again));
     EXPECT_NE(hash_of_database(*some), hash_of_database(*make_subset(whole, {1, 3})));
     EXPECT_EQ(hash_of_database(*make_subset(whole, {0, 1, 2, 3, 4})), hash_of_database(*whole));
+    for (const auto& wrong : {std::vector<std::size_t>{1, 1}, {2, 1}, {5}, {0, 300}}) {
+        EXPECT_THROW(make_subset(whole, wrong), std::invalid_argument);
+    }
 }
 
 TEST(MemoryDatabase, RefusesWhatIsNoDatabase) {
@@ -107,6 +110,15 @@ TEST(MemoryDatabase, RefusesWhatIsNoDatabase) {
     expect_refused(make({"a", "b"}, {good}), "samples of 1 materials; expected those of 2");
     expect_refused(make({"b", "a"}, {good, good}), "ascending");
     expect_refused(make({"a", "a"}, {good, good}), "different names");
+    // Names become names of files.
+    for (const auto* name : {"", "../evil", "/tmp/evil", "sub/x", ".hid", "..", "."}) {
+        expect_refused(make({name, "~"}, {good, good}), "names of files");
+    }
+    expect_refused(make({std::string("a\0b", 3), "b"}, {good, good}), "is called \"a");
+    for (const Grid& grid :
+         {Grid{0, 2, 2}, Grid{2, 2, 0}, Grid{70'000, 1, 1}, Grid{9000, 9000, 9}}) {
+        expect_refused([&] { MemoryDatabase("made", grid, {"a", "b"}, {{}, {}}); }, "the grid is");
+    }
     expect_refused(make({"a", "b"}, {good, {1, 2, 3}}), "b has 3 numbers; expected 180");
     auto bad = good;
     for (const double value : {std::nan(""), 2e12}) {
