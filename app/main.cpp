@@ -139,6 +139,8 @@ int main(int argc, char** argv) {
         return run(argc, argv);
     } catch (const merl::device::NoDriverError& error) {
         return complain("", with_advice(error), kDevice);
+    } catch (const merl::device::DeviceLostError& error) {
+        return complain("", with_advice(error), kDevice);
     } catch (const merl::Error& error) {
         return complain("", error.what(), status_of(error.fault()));
     } catch (const Interrupted& interrupt) {

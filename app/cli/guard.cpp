@@ -210,4 +210,10 @@ std::string with_advice(const device::NoDriverError& error) {
                                       error.what());
 }
 
+std::string with_advice(const device::DeviceLostError& error) {
+    return fmt::format(
+        "{}; `merl-scan devices` lists what else can compute, and --device host needs none of it",
+        error.what());
+}
+
 }  // namespace merl::app

@@ -29,4 +29,7 @@ void try_device_where_limited(const std::string& device);
 /// What went wrong, and what to install if that helps.
 std::string with_advice(const device::NoDriverError& error);
 
+/// What went wrong, and what does without that device.
+std::string with_advice(const device::DeviceLostError& error);
+
 }  // namespace merl::app

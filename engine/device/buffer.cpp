@@ -25,7 +25,8 @@ std::optional<std::uint32_t> memory_type(const vk::PhysicalDeviceMemoryPropertie
 
 constexpr vk::MemoryPropertyFlags kHostVisible = Property::eHostVisible | Property::eHostCoherent;
 
-/// Memory that kernels use at full speed and the host maps; reading back also wants a cache.
+}  // namespace
+
 vk::MemoryPropertyFlags shared_memory(Traffic traffic) {
     auto wanted = kHostVisible | Property::eDeviceLocal;
     if (traffic == Traffic::download) {
@@ -33,8 +34,6 @@ vk::MemoryPropertyFlags shared_memory(Traffic traffic) {
     }
     return wanted;
 }
-
-}  // namespace
 
 Allocation::Allocation(Context::Handles& context_, std::uint64_t bytes, vk::BufferUsageFlags usage,
                        vk::MemoryPropertyFlags wanted, bool host_visible)
@@ -46,8 +45,12 @@ Allocation::Allocation(Context::Handles& context_, std::uint64_t bytes, vk::Buff
         type = memory_type(context.memory, needs.memoryTypeBits,
                            host_visible ? kHostVisible : vk::MemoryPropertyFlags());
     }
+    if (!type) {
+        throw Error(Fault::device, fmt::format("{} has no memory for buffers{}", context.info.name,
+                                               host_visible ? " that the host can reach" : ""));
+    }
     try {
-        memory = {context.device, {needs.size, type.value()}};
+        memory = {context.device, {needs.size, *type}};
     } catch (const vk::SystemError& error) {
         throw AllocationError(
             fmt::format("{} cannot allocate {:.1f} MiB ({:.1f} MiB are in use): {}",
@@ -84,13 +87,18 @@ Buffer::Buffer(Context& context, std::uint64_t bytes, Traffic traffic, Texels te
         if (texels != Texels::none) {
             usage |= Usage::eUniformTexelBuffer;
         }
-        const bool mappable = !c.force_staging && traffic != Traffic::none &&
-                              memory_type(c.memory, ~0U, shared_memory(traffic)).has_value();
-        if (mappable) {
-            h.device = std::make_unique<Allocation>(c, bytes, usage, shared_memory(traffic), true);
-        } else if (traffic == Traffic::none) {
+        if (traffic == Traffic::none) {
             h.device = std::make_unique<Allocation>(c, bytes, usage, Property::eDeviceLocal, false);
-        } else {
+        } else if (!(traffic == Traffic::upload ? c.info.limits.stages_uploads
+                                                : c.info.limits.stages_downloads)) {
+            try {
+                h.device =
+                    std::make_unique<Allocation>(c, bytes, usage, shared_memory(traffic), true);
+            } catch (const AllocationError&) {
+                // What the host reaches is full, which other memory need not be.
+            }
+        }
+        if (!h.device) {
             const bool up = traffic == Traffic::upload;
             h.device = std::make_unique<Allocation>(
                 c, bytes, usage | (up ? Usage::eTransferDst : Usage::eTransferSrc),

@@ -30,12 +30,14 @@ class AllocationError : public Error {
 
 /// Device memory that kernels use as a storage buffer, and as a texel buffer if asked.
 ///
-/// Upload and download buffers can be reached from the host through `host()`. Where the device has
-/// memory that both sides reach (lavapipe, integrated GPUs, resizable BAR) that is the buffer
-/// itself; elsewhere it is a staging copy, and Submission::upload and download do the copying.
+/// Upload and download buffers can be reached from the host through `host()`. Where both sides
+/// reach the device's memory (lavapipe, integrated GPUs, resizable BAR) that is the buffer itself;
+/// elsewhere (Limits::stages_uploads, stages_downloads) it is a copy in memory of the host, as
+/// large again, and Submission::upload and download do the copying.
 class Buffer {
   public:
-    /// Throws AllocationError that names the size when memory runs out.
+    /// Throws AllocationError that names the size when memory runs out, and Error (device) where
+    /// the device has no memory of the kind at all.
     Buffer(Context& context, std::uint64_t bytes, Traffic traffic, Texels texels = Texels::none);
     ~Buffer();
     Buffer(Buffer&&) noexcept;

@@ -5,6 +5,9 @@
 
 namespace merl::device {
 
+/// Memory that kernels use at full speed and the host maps; reading back also wants a cache.
+vk::MemoryPropertyFlags shared_memory(Traffic traffic);
+
 /// One Vulkan buffer with its memory; the count of allocated bytes follows its life.
 struct Allocation {
     Allocation(Context::Handles& context, std::uint64_t bytes, vk::BufferUsageFlags usage,

@@ -18,6 +18,7 @@
 #include <tuple>
 
 #include "engine/base/error.h"
+#include "engine/device/buffer_handles.h"
 #include "engine/device/handles.h"
 
 namespace merl::device {
@@ -26,6 +27,7 @@ namespace {
 constexpr std::uint32_t kVulkanVersion = VK_API_VERSION_1_2;
 constexpr const char* kValidationLayer = "VK_LAYER_KHRONOS_validation";
 constexpr const char* kSubgroupSizeControl = VK_EXT_SUBGROUP_SIZE_CONTROL_EXTENSION_NAME;
+constexpr const char* kMemoryBudget = VK_EXT_MEMORY_BUDGET_EXTENSION_NAME;
 
 std::string version_text(std::uint32_t version) {
     return fmt::format("{}.{}.{}", VK_API_VERSION_MAJOR(version), VK_API_VERSION_MINOR(version),
@@ -70,6 +72,41 @@ bool has_extension(const vk::raii::PhysicalDevice& physical, std::string_view na
                        [&](const auto& e) { return name == e.extensionName.data(); });
 }
 
+/// What the limits say of memory.
+void describe_memory(const vk::raii::PhysicalDevice& physical, Limits& limits) {
+    const auto memory = physical.getMemoryProperties();
+    std::uint32_t largest = memory.memoryHeapCount;  // of those of the device
+    for (std::uint32_t i = 0; i < memory.memoryHeapCount; ++i) {
+        if ((memory.memoryHeaps[i].flags & vk::MemoryHeapFlagBits::eDeviceLocal) &&
+            memory.memoryHeaps[i].size > limits.heap_bytes) {
+            limits.heap_bytes = memory.memoryHeaps[i].size;
+            largest = i;
+        }
+    }
+    // Others use it too; where the driver does not say how much, a fifth is theirs.
+    limits.free_bytes = limits.heap_bytes / 5 * 4;
+    if (largest < memory.memoryHeapCount && has_extension(physical, kMemoryBudget)) {
+        const auto budget = physical
+                                .getMemoryProperties2<vk::PhysicalDeviceMemoryProperties2,
+                                                      vk::PhysicalDeviceMemoryBudgetPropertiesEXT>()
+                                .get<vk::PhysicalDeviceMemoryBudgetPropertiesEXT>();
+        const auto most = std::min(budget.heapBudget[largest], limits.heap_bytes);
+        limits.free_bytes = most - std::min(most, budget.heapUsage[largest]);
+    }
+    const auto host_reaches_little = [&](vk::MemoryPropertyFlags wanted) {
+        std::uint64_t reached = 0;
+        for (std::uint32_t i = 0; i < memory.memoryTypeCount; ++i) {
+            const auto& type = memory.memoryTypes[i];
+            if ((type.propertyFlags & wanted) == wanted) {
+                reached = std::max<std::uint64_t>(reached, memory.memoryHeaps[type.heapIndex].size);
+            }
+        }
+        return reached < limits.heap_bytes / 2;
+    };
+    limits.stages_uploads = host_reaches_little(shared_memory(Traffic::upload));
+    limits.stages_downloads = host_reaches_little(shared_memory(Traffic::download));
+}
+
 DeviceInfo describe(const vk::raii::PhysicalDevice& physical, std::uint32_t index) {
     DeviceInfo info;
     info.index = index;
@@ -95,11 +132,7 @@ DeviceInfo describe(const vk::raii::PhysicalDevice& physical, std::uint32_t inde
     info.limits.groups_x = limits.maxComputeWorkGroupCount[0];
     info.limits.groups_y = limits.maxComputeWorkGroupCount[1];
     info.limits.subgroup_size = v11.subgroupSize;
-    for (const auto& heap : physical.getMemoryProperties().memoryHeaps) {
-        if (heap.flags & vk::MemoryHeapFlagBits::eDeviceLocal) {
-            info.limits.heap_bytes = std::max<std::uint64_t>(info.limits.heap_bytes, heap.size);
-        }
-    }
+    describe_memory(physical, info.limits);
     const auto texels = [&](vk::Format format) {
         return (physical.getFormatProperties(format).bufferFeatures &
                 vk::FormatFeatureFlagBits::eUniformTexelBuffer) ==
@@ -366,7 +399,6 @@ Context::Context(const ContextOptions& options) {
     handles_ = std::make_unique<Handles>(make_loader());
     auto& h = *handles_;
     const std::string validate = validation_mode();
-    h.force_staging = options.force_staging;
     h.instance = guarded("vkCreateInstance", [&] { return make_instance(h.loader, validate); });
     if (!validate.empty() && *h.instance) {
         using Severity = vk::DebugUtilsMessageSeverityFlagBitsEXT;
@@ -383,6 +415,8 @@ Context::Context(const ContextOptions& options) {
     const std::size_t chosen = choose_device(devices, options.device);
     h.physical = std::move(physical[chosen]);
     h.info = devices[chosen];
+    h.info.limits.stages_uploads |= options.force_staging;
+    h.info.limits.stages_downloads |= options.force_staging;
     h.queue_family = *compute_queue_family(h.physical);
     h.memory = h.physical.getMemoryProperties();
 
@@ -390,6 +424,7 @@ Context::Context(const ContextOptions& options) {
     if (family.timestampValidBits > 0) {
         h.timestamp_seconds =
             static_cast<double>(h.physical.getProperties().limits.timestampPeriod) * 1e-9;
+        h.timestamp_mask = ~std::uint64_t{0} >> (64 - family.timestampValidBits);
     }
 
     std::vector<const char*> extensions;

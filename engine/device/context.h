@@ -16,10 +16,16 @@ struct Limits {
     std::uint64_t texel_buffer_texels = 0;   // largest texel buffer view, in texels
     std::uint64_t allocation_bytes = 0;      // largest single allocation
     std::uint64_t heap_bytes = 0;            // the device-local heap
+    std::uint64_t free_bytes = 0;            // of that, what this process may still take
     std::uint32_t groups_x = 0;              // workgroups per dimension of one dispatch
     std::uint32_t groups_y = 0;
     std::uint32_t subgroup_size = 0;  // lanes of one subgroup
     bool is_host = false;             // the device is the processor
+    /// Whether what the host writes, and what it reads, are copies: it reaches no memory of the
+    /// device, or only a part of it (a card without resizable BAR), which slabs would not fit into;
+    /// and reading without a cache takes longer than copying.
+    bool stages_uploads = false;
+    bool stages_downloads = false;
 };
 
 /// One Vulkan device of this machine.
@@ -44,6 +50,12 @@ class NoDriverError : public Error {
 
   private:
     bool is_installed_;
+};
+
+/// The device stopped for good: its driver was reset, or it ended work that took too long.
+class DeviceLostError : public Error {
+  public:
+    explicit DeviceLostError(const std::string& message) : Error(Fault::device, message) {}
 };
 
 /// Every Vulkan device of this machine. Throws NoDriverError when there is none.

@@ -27,7 +27,7 @@ struct Context::Handles {
     std::uint32_t queue_family = 0;
     bool subgroup_size_control = false;  // a pipeline can ask for its subgroup size
     double timestamp_seconds = 0;        // seconds per timestamp tick; 0 without timestamps
-    bool force_staging = false;
+    std::uint64_t timestamp_mask = 0;    // the bits of a timestamp that count
     DeviceInfo info;
 
     std::uint64_t allocated = 0;
@@ -37,11 +37,16 @@ struct Context::Handles {
     std::vector<std::string> messages;
 };
 
-/// Runs `call`; a Vulkan failure in it becomes an Error (device) that names `what` and the code.
+/// Runs `call`; a Vulkan failure in it becomes an Error (device) that names `what` and the code, a
+/// lost device a DeviceLostError.
 template <typename Call>
 auto guarded(const char* what, Call&& call) -> decltype(call()) {
     try {
         return call();
+    } catch (const vk::DeviceLostError&) {
+        throw DeviceLostError(std::string(what) +
+                              " failed, the Vulkan device was lost: its driver was reset, or ended "
+                              "work that took it too long");
     } catch (const vk::SystemError& error) {
         throw Error(Fault::device,
                     std::string(what) + " failed on the Vulkan device: " + error.what());

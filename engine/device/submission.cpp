@@ -169,11 +169,14 @@ std::vector<double> Submission::seconds() const {
     if (!*h.queries || h.marks < 2) {
         return result;
     }
-    const auto [status, ticks] = h.queries.getResults<std::uint64_t>(
-        0, h.marks, h.marks * sizeof(std::uint64_t), sizeof(std::uint64_t),
-        vk::QueryResultFlagBits::e64 | vk::QueryResultFlagBits::eWait);
+    const auto [status, ticks] = guarded("reading timestamps", [&] {
+        return h.queries.getResults<std::uint64_t>(
+            0, h.marks, h.marks * sizeof(std::uint64_t), sizeof(std::uint64_t),
+            vk::QueryResultFlagBits::e64 | vk::QueryResultFlagBits::eWait);
+    });
     for (std::size_t i = 0; i + 1 < ticks.size(); ++i) {
-        result[i] = static_cast<double>(ticks[i + 1] - ticks[i]) * h.context->timestamp_seconds;
+        const auto passed = (ticks[i + 1] - ticks[i]) & h.context->timestamp_mask;
+        result[i] = static_cast<double>(passed) * h.context->timestamp_seconds;
     }
     return result;
 }

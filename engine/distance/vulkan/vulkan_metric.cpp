@@ -119,7 +119,8 @@ EngineNeeds device_needs(const device::Limits& limits, std::span<const Metric* c
     std::uint64_t largest = std::max(block.samples_bytes(), block.geometry_bytes());  // buffer
     std::uint64_t grid = 0;
     std::uint64_t ranges = 0;
-    std::uint64_t in_flight = block.samples_bytes() + block.geometry_bytes();
+    const std::uint64_t up = block.samples_bytes() + block.geometry_bytes();  // a slab in flight
+    std::uint64_t down = 0;
     for (const auto* metric : metrics) {
         const auto tiles = PairTiles::best(materials, *metric);
         const auto groups =
@@ -133,7 +134,7 @@ EngineNeeds device_needs(const device::Limits& limits, std::span<const Metric* c
         const auto sums = block.sums_bytes(*metric);
         grid = std::max(grid, block.grid_bytes(*metric));
         ranges = std::max(ranges, block.ranges_bytes(*metric));
-        in_flight += (metric->has_slopes() ? 2 : 1) * sums + block.norms_bytes(*metric);
+        down += (metric->has_slopes() ? 2 : 1) * sums + block.norms_bytes(*metric);
         largest = std::max({largest, grid, sums});
         needs.fixed_bytes += PairTotals::bytes(*metric, tiles);
     }
@@ -144,9 +145,20 @@ EngineNeeds device_needs(const device::Limits& limits, std::span<const Metric* c
                     fmt::format("{} materials need a buffer of {} bytes, and this device allows {}",
                                 materials, largest, most_bytes));
     }
-    needs.block_bytes = 2 * in_flight + block.weights_bytes() + grid + ranges;
+    const std::uint64_t on_device = 2 * (up + down) + block.weights_bytes() + grid + ranges;
+    needs.block_bytes =
+        on_device + (limits.stages_uploads ? 2 * up : 0) + (limits.stages_downloads ? 2 * down : 0);
+    if (on_device > limits.free_bytes) {
+        throw Error(Fault::device,
+                    fmt::format("{} materials need {:.1f} MiB of this device's memory, and {:.1f} "
+                                "of its {:.1f} are free",
+                                materials, static_cast<double>(on_device) / 1048576.0,
+                                static_cast<double>(limits.free_bytes) / 1048576.0,
+                                static_cast<double>(limits.heap_bytes) / 1048576.0));
+    }
     // weigh.comp has the most groups along x, and the kernels of pairs a row of groups for a block.
-    needs.most_blocks = std::min({most_bytes / largest, std::uint64_t{limits.groups_y},
+    needs.most_blocks = std::min({most_bytes / largest, limits.free_bytes / on_device,
+                                  std::uint64_t{limits.groups_y},
                                   std::uint64_t{limits.groups_x} / (kBlockVoxels / kLanes)});
     if (needs.most_blocks == 0) {
         throw Error(Fault::device,

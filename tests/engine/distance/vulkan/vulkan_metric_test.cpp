@@ -18,6 +18,7 @@ device::Limits lavapipe_limits() {
             .texel_buffer_texels = 134'217'728,
             .allocation_bytes = 2048 * kMiB,
             .heap_bytes = 2048 * kMiB,
+            .free_bytes = 1638 * kMiB,
             .groups_x = 65535,
             .groups_y = 65535,
             .subgroup_size = 8};
@@ -34,6 +35,7 @@ TEST(DeviceNeeds, EveryBufferAndDispatchIsWithinTheLimits) {
         auto limits = lavapipe_limits();
         for (const std::uint64_t bytes : {128 * kMiB, 32 * kMiB}) {
             limits.storage_buffer_bytes = bytes;
+            limits.free_bytes = bytes == 32 * kMiB ? 256 * kMiB : 1638 * kMiB;
             const auto needs = device_needs(limits, two_metrics(), materials);
             const DeviceExtent extent = {
                 .materials = materials,
@@ -42,20 +44,43 @@ TEST(DeviceNeeds, EveryBufferAndDispatchIsWithinTheLimits) {
             EXPECT_LE(extent.samples_bytes(), bytes);
             EXPECT_LE(extent.geometry_bytes(), bytes);
             EXPECT_LE(needs.most_blocks, limits.groups_y);
-            std::uint64_t in_flight = extent.samples_bytes() + extent.geometry_bytes();
+            const auto up = extent.samples_bytes() + extent.geometry_bytes();
+            std::uint64_t down = 0;
             std::uint64_t grid = 0;
             for (const auto* metric : two_metrics()) {
                 EXPECT_LE(extent.grid_bytes(*metric), bytes);
                 EXPECT_LE(extent.sums_bytes(*metric), bytes);
-                in_flight += (metric->has_slopes() ? 2 : 1) * extent.sums_bytes(*metric) +
-                             extent.norms_bytes(*metric);
+                down += (metric->has_slopes() ? 2 : 1) * extent.sums_bytes(*metric) +
+                        extent.norms_bytes(*metric);
                 grid = std::max(grid, extent.grid_bytes(*metric));
             }
-            EXPECT_EQ(needs.block_bytes * needs.most_blocks,
-                      2 * in_flight + extent.weights_bytes() + grid +
-                          extent.ranges_bytes(*two_metrics()[0]));
+            const auto on_device = 2 * (up + down) + extent.weights_bytes() + grid +
+                                   extent.ranges_bytes(*two_metrics()[0]);
+            EXPECT_EQ(needs.block_bytes * needs.most_blocks, on_device);
+            EXPECT_LE(on_device, limits.free_bytes);
+            // Copies count: what travels is there twice.
+            for (const bool uploads : {false, true}) {
+                for (const bool downloads : {false, true}) {
+                    limits.stages_uploads = uploads;
+                    limits.stages_downloads = downloads;
+                    const auto staged = device_needs(limits, two_metrics(), materials);
+                    EXPECT_EQ(staged.most_blocks, needs.most_blocks);
+                    EXPECT_EQ(staged.block_bytes * needs.most_blocks,
+                              on_device + (uploads ? 2 * up : 0) + (downloads ? 2 * down : 0));
+                }
+            }
+            limits.stages_uploads = limits.stages_downloads = false;
         }
     }
+}
+
+TEST(DeviceNeeds, MoreThanIsFreeIsADeviceError) {
+    auto limits = lavapipe_limits();
+    limits.free_bytes = 64 * kMiB;
+    EXPECT_NO_THROW(device_needs(limits, two_metrics(), 100));
+    EXPECT_THROW(device_needs(limits, two_metrics(), 1000), Error);
+    limits.free_bytes = 0;
+    EXPECT_THROW(device_needs(limits, two_metrics(), 2), Error);
 }
 
 TEST(DeviceNeeds, SmallLimitsMakeSmallSlabs) {

@@ -1,0 +1,101 @@
+"""Devices that nobody has at hand: lavapipe below a layer that makes it look like them
+(tests/vulkan_layer)."""
+
+import os
+
+import support
+from support import DEVICE, Case, read_json, tree, write_database
+
+LAYERS = os.pathsep.join([os.environ["OTHER_DEVICE_LAYERS"], "/usr/share/vulkan/explicit_layer.d"])
+GRID = (18, 12, 24)
+CARD = "kind=discrete heap=4096 bar=256"  # MiB, without resizable BAR
+
+
+class OtherDevices(Case):
+    def setUp(self):
+        super().setUp()
+        write_database(self.work / "db", 12, GRID)
+
+    def on(self, device):
+        """The environment in which there is such a device."""
+        return {"VK_LAYER_PATH": LAYERS, "VK_INSTANCE_LAYERS": "VK_LAYER_MERL_SCAN_other_device",
+                "MERL_SCAN_OTHER_DEVICE": device}
+
+    def results(self, device, *options, out="out", **changes):
+        database = () if "--database" in options else ("--database", "db")
+        self.assert_success("scan", *database, "--out", out, *options, **self.on(device), **changes)
+        return (self.work / out / "selection.csv").read_bytes(), read_json(self.work / out / "summary.json")
+
+    def refused(self, device, words, *options):
+        return self.assert_refused(DEVICE, words, "scan", "--database", "db", *options, **self.on(device))
+
+    def test_every_device_selects_the_same(self):
+        expected, summary = self.results("", "--device", "host", out="host")
+        for i, device in enumerate((CARD, "kind=discrete heap=4096 bar=4096", "kind=integrated heap=64 bar=64",
+                                    "kind=discrete heap=4096", "kind=virtual groups=100",
+                                    "kind=discrete storage-buffer=1", "kind=discrete heap=3 bar=1",
+                                    "kind=discrete timestamp-bits=8", "kind=discrete timestamp-bits=0")):
+            with self.subTest(device=device):
+                selection, found = self.results(device, out=f"out-{i}")
+                (engine,) = found["engines"]
+                self.assertEqual(engine["engine"], "vulkan")
+                self.assertEqual(engine["kind"], device.split()[0].removeprefix("kind=") + " GPU")
+                self.assertEqual(selection, expected)
+                self.assertEqual(found["disagreements"], summary["disagreements"])
+
+    def test_subgroups_of_every_width(self):
+        expected, _ = self.results("", "--device", "host", out="host")
+        for bits in 128, 256, 512:
+            selection, _ = self.results(CARD, out=f"out-{bits}", LP_NATIVE_VECTOR_WIDTH=str(bits))
+            self.assertEqual(selection, expected)
+
+    def test_copies_count_to_the_memory(self):
+        """Of a card's memory the host reaches little, so what travels is there twice."""
+        write_database(self.work / "larger", 12, (30, 30, 60))
+        slabs = {}
+        for device in "kind=discrete heap=4096 bar=4096", CARD:
+            _, found = self.results(device, "--memory", "8M", "--database", "larger", "--force")
+            self.assertLessEqual(found["engines"][0]["peak_bytes"], 8 << 20)
+            slabs[device] = found["slabs"]
+        self.assertLess(*slabs.values())
+
+    def test_too_little_memory_of_its_own(self):
+        self.refused("kind=discrete heap=1 bar=1", ["12 materials", "memory", "free"])
+
+    def test_no_memory_that_the_host_reaches(self):
+        self.refused("kind=discrete heap=64 no-usable-memory", ["no memory", "host can reach"])
+
+    def test_allocations_that_fail(self):
+        for nth in 1, 2, 7, 14:
+            with self.subTest(nth=nth):
+                self.refused(f"kind=discrete fail-allocation={nth}", ["cannot allocate", "MiB", "--memory"])
+
+    def test_a_lost_device(self):
+        self.results(CARD, out="merl-scan-results")
+        before = tree(self.work)
+        for nth in 1, 2, 3:
+            for device in "kind=discrete", CARD:
+                with self.subTest(nth=nth, device=device):
+                    self.refused(f"{device} lose-at={nth}", ["lost", "--device host"], "--force",
+                                 "--memory", "4M")
+                    self.assertEqual(tree(self.work), before)  # what was finished stays
+
+    def test_no_float64(self):
+        device = "kind=discrete no-float64"
+        listed = self.assert_success("devices", **self.on(device))
+        self.assertIn("no float64", listed)
+        self.refused(device, ["no float64"], "--device", "other")
+        _, found = self.results(device)
+        self.assertEqual([engine["engine"] for engine in found["engines"]], ["host"])
+
+    def test_spheres_are_the_same(self):
+        images = {}
+        for device in CARD, "kind=discrete heap=4096 bar=4096":
+            self.assert_success("render", "--database", "db", "--material", "m01", "--size", "40",
+                                "--out", "m01.exr", "--force", **self.on(device))
+            images[device] = (self.work / "m01.png").read_bytes()
+        self.assertEqual(len(set(images.values())), 1)
+
+
+if __name__ == "__main__":
+    support.main()
