@@ -49,7 +49,7 @@ class Database {
     const Grid& grid() const { return grid_; }
 
     /// Names as require_usable() has them, without extension; their order is that of everything
-    /// else.
+    /// else. Otherwise they may hold any bytes; whoever prints them sees to that (printable()).
     const std::vector<std::string>& materials() const { return materials_; }
 
     /// Reflectance in 1/sr of one material, by its index: `samples` gets three planes (red, green,
@@ -59,8 +59,7 @@ class Database {
     /// samples is handed to it: the bytes of each plane of the range, or, of samples that are
     /// computed from a few figures, those figures to plane 0 when the range begins with voxel 0.
     /// Whoever wants that reads all ranges in order. Any thread may call it. Throws InputError that
-    /// names the file, the voxel and what was found. Names of materials may hold any character:
-    /// whoever prints them sees to that.
+    /// names the file, the voxel and what was found.
     virtual void read(std::size_t material, VoxelRange range, std::span<double> samples,
                       const SampleSink& sink = {}) const = 0;
 

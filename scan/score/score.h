@@ -68,6 +68,6 @@ Score score(const Judgements& judgements, std::span<const ScoredMetric> metrics,
             const std::function<void(double share)>& progress = {});
 
 /// Indices of the metrics by the share of majorities, best first; ties as they are.
-std::vector<std::size_t> best_first(const scan::Score& score);
+std::vector<std::size_t> best_first(const Score& score);
 
 }  // namespace merl::scan

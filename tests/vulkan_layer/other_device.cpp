@@ -240,8 +240,9 @@ VKAPI_ATTR void VKAPI_CALL get_properties2(VkPhysicalDevice device,
 VKAPI_ATTR void VKAPI_CALL get_features(VkPhysicalDevice device,
                                         VkPhysicalDeviceFeatures* features) {
     BELOW_INSTANCE(device, vkGetPhysicalDeviceFeatures)(device, features);
-    features->shaderFloat64 =
-        features->shaderFloat64 == VK_TRUE && !settings().no_float64 ? VK_TRUE : VK_FALSE;
+    if (settings().no_float64) {
+        features->shaderFloat64 = VK_FALSE;
+    }
 }
 
 VKAPI_ATTR void VKAPI_CALL get_features2(VkPhysicalDevice device,
