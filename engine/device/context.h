@@ -2,73 +2,18 @@
 
 #include <cstdint>
 #include <memory>
-#include <optional>
 #include <string>
-#include <vector>
 
 #include "engine/base/error.h"
+#include "engine/device/devices.h"
 
 namespace merl::device {
-
-/// What the planner of device work must respect, as the driver reports it.
-struct Limits {
-    std::uint64_t storage_buffer_bytes = 0;  // largest range one storage buffer binding may cover
-    std::uint64_t texel_buffer_texels = 0;   // largest texel buffer view, in texels
-    std::uint64_t allocation_bytes = 0;      // largest single allocation
-    std::uint64_t heap_bytes = 0;            // the device-local heap
-    std::uint64_t free_bytes = 0;            // of that, what this process may still take
-    std::uint32_t groups_x = 0;              // workgroups per dimension of one dispatch
-    std::uint32_t groups_y = 0;
-    std::uint32_t subgroup_size = 0;  // lanes of one subgroup
-    bool is_host = false;             // the device is the processor
-    /// Whether what the host writes, and what it reads, are copies: it reaches no memory of the
-    /// device, or only a part of it (a card without resizable BAR), which slabs would not fit into;
-    /// and reading without a cache takes longer than copying.
-    bool stages_uploads = false;
-    bool stages_downloads = false;
-};
-
-/// One Vulkan device of this machine.
-struct DeviceInfo {
-    std::uint32_t index = 0;  // in the order of the Vulkan loader; what --device INDEX takes
-    std::string name;
-    std::string kind;    // "discrete GPU", "integrated GPU", "virtual GPU", "CPU" or "other"
-    std::string driver;  // driver name and version
-    std::string vulkan;  // Vulkan version
-    Limits limits;
-    std::optional<std::string> refusal;  // why it cannot be used; empty when it can
-};
-
-/// There is no driver, or no loader, or they are hidden: a machine without a device.
-class NoDriverError : public Error {
-  public:
-    NoDriverError(const std::string& message, bool is_installed)
-        : Error(Fault::device, message), is_installed_(is_installed) {}
-
-    /// Whether there is a driver that was kept from loading; otherwise installing one helps.
-    bool is_installed() const { return is_installed_; }
-
-  private:
-    bool is_installed_;
-};
 
 /// The device stopped for good: its driver was reset, or it ended work that took too long.
 class DeviceLostError : public Error {
   public:
     explicit DeviceLostError(const std::string& message) : Error(Fault::device, message) {}
 };
-
-/// Every Vulkan device of this machine. Throws NoDriverError when there is none.
-std::vector<DeviceInfo> list_devices();
-
-/// The index in `devices` of the one that `wanted` names by index or a part of its name; the best
-/// usable one where it is empty: discrete before integrated before virtual before CPU, then by
-/// index. Throws Error (device) that says which devices there are and why each was refused.
-std::size_t choose_device(const std::vector<DeviceInfo>& devices, const std::string& wanted);
-
-/// Sets LP_NATIVE_VECTOR_WIDTH in the environment to 512 where it is not set and the processor has
-/// AVX-512: lavapipe does not choose that by itself. For a program, before it opens a device.
-void widen_lavapipe();
 
 /// How a context is made; the defaults are what the command line uses.
 struct ContextOptions {
