@@ -1,16 +1,27 @@
 #include "engine/device/context.h"
 
-#include <algorithm>
+#include <fmt/format.h>
+
+#include <exception>
+#include <optional>
+#include <string_view>
 
 #include "engine/base/error.h"
+#include "engine/base/hash.h"
+#include "engine/base/kept_file.h"
 #include "engine/device/descriptions.h"
 #include "engine/device/handles.h"
 #include "engine/device/instance.h"
+#include "engine/device/subgroup_check.h"
 
 namespace merl::device {
 namespace {
 
 constexpr const char* kSubgroupSizeControl = VK_EXT_SUBGROUP_SIZE_CONTROL_EXTENSION_NAME;
+/// Every metric file that was ever edited adds some.
+constexpr std::uint64_t kMostPipelineBytes = std::uint64_t{64} << 20U;
+
+constexpr const char* kPortabilitySubset = "VK_KHR_portability_subset";  // its header is a beta
 
 VKAPI_ATTR VkBool32 VKAPI_CALL keep_message(VkDebugUtilsMessageSeverityFlagBitsEXT,
                                             VkDebugUtilsMessageTypeFlagsEXT,
@@ -20,6 +31,46 @@ VKAPI_ATTR VkBool32 VKAPI_CALL keep_message(VkDebugUtilsMessageSeverityFlagBitsE
     const std::lock_guard lock(handles->message_lock);
     handles->messages.emplace_back(data->pMessage);
     return VK_FALSE;
+}
+
+/// The file for this device and version of its driver, whose pipelines no other can use.
+std::filesystem::path pipelines_file(const std::filesystem::path& directory,
+                                     const vk::PhysicalDeviceProperties& device) {
+    const std::string uuid(device.pipelineCacheUUID.begin(), device.pipelineCacheUUID.end());
+    return directory / fmt::format("pipelines-{}.bin",
+                                   hash_of(fmt::format("{} {} {} {}", uuid, device.vendorID,
+                                                       device.deviceID, device.driverVersion)));
+}
+
+/// With what was kept in the directory, unless that is empty. Drivers need not survive bytes that
+/// they have not written, so they get no others.
+void open_pipelines(Context::Handles& h, const std::filesystem::path& directory) {
+    std::optional<std::string> kept;
+    if (!directory.empty()) {
+        h.pipelines_file = pipelines_file(directory, h.physical.getProperties());
+        kept = read_kept(h.pipelines_file, kMostPipelineBytes);
+    }
+    h.kept_pipelines = kept ? hash_of(*kept) : "";
+    guarded("creating a pipeline cache", [&] {
+        h.pipelines = {h.device, {{}, kept ? kept->size() : 0, kept ? kept->data() : nullptr}};
+    });
+}
+
+void keep_pipelines(const Context::Handles& h) noexcept {
+    if (h.pipelines_file.empty() || !*h.pipelines) {
+        return;
+    }
+    try {
+        const auto data = h.pipelines.getData();
+        const std::string_view bytes(reinterpret_cast<const char*>(data.data()), data.size());
+        if (bytes.size() > kMostPipelineBytes) {
+            std::filesystem::remove(h.pipelines_file);  // the next run begins anew
+        } else if (hash_of(bytes) != h.kept_pipelines) {
+            keep(h.pipelines_file, bytes);
+        }
+    } catch (const std::exception&) {
+        // They will be compiled again.
+    }
 }
 
 }  // namespace
@@ -76,6 +127,9 @@ Context::Context(const ContextOptions& options) {
             create.pNext = &size_control;
         }
     }
+    if (has_extension(h.physical, kPortabilitySubset)) {  // then it must be asked for
+        extensions.push_back(kPortabilitySubset);
+    }
     const float priority = 1.0F;
     vk::DeviceQueueCreateInfo queue({}, h.queue_family, 1, &priority);
     create.setQueueCreateInfos(queue);
@@ -87,11 +141,16 @@ Context::Context(const ContextOptions& options) {
         h.device = {h.physical, create};
         h.queue = {h.device, h.queue_family, 0};
         h.pool = {h.device, {vk::CommandPoolCreateFlagBits::eResetCommandBuffer, h.queue_family}};
-        h.cache = {h.device, vk::PipelineCacheCreateInfo()};
     });
+    open_pipelines(h, options.cache_directory);
+    if (!h.subgroup_size_control) {
+        check_subgroups(*this);
+    }
 }
 
-Context::~Context() = default;
+Context::~Context() {
+    keep_pipelines(*handles_);
+}
 
 const DeviceInfo& Context::info() const {
     return handles_->info;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <memory>
 #include <string>
 
@@ -19,6 +20,8 @@ class DeviceLostError : public Error {
 struct ContextOptions {
     std::string device;          // empty: best usable one; else an index or a part of the name
     bool force_staging = false;  // copy through staging buffers even where memory can be mapped
+    std::filesystem::path cache_directory =
+        {};  // where compiled pipelines are kept; empty: nowhere
 };
 
 /// A Vulkan device opened for compute: one queue, one command pool, the validation messages.

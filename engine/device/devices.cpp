@@ -7,6 +7,7 @@
 #include <cctype>
 #include <cstdlib>
 #include <string_view>
+#include <utility>
 
 #include "engine/base/error.h"
 #include "engine/device/buffer_handles.h"
@@ -34,11 +35,19 @@ std::string kind_text(vk::PhysicalDeviceType type) {
     }
 }
 
-/// Lower is better: the order in which devices are preferred.
-int preference(const DeviceInfo& info) {
+/// Lower is better: the order in which devices are preferred. What a driver says of its kind does
+/// not make it fast when it computes on the processor, nor right when nobody has tested it.
+std::pair<bool, int> preference(const DeviceInfo& info) {
     constexpr std::array<std::string_view, 4> order = {"discrete GPU", "integrated GPU",
                                                        "virtual GPU", "CPU"};
-    return static_cast<int>(std::find(order.begin(), order.end(), info.kind) - order.begin());
+    const std::string_view kind = info.limits.is_host ? order.back() : info.kind;
+    return {!info.is_conformant,
+            static_cast<int>(std::find(order.begin(), order.end(), kind) - order.begin())};
+}
+
+bool is_software(vk::PhysicalDeviceType kind, vk::DriverId driver) {
+    return kind == vk::PhysicalDeviceType::eCpu || driver == vk::DriverId::eMesaLlvmpipe ||
+           driver == vk::DriverId::eGoogleSwiftshader;
 }
 
 /// What the limits say of memory.
@@ -82,7 +91,6 @@ DeviceInfo describe(const vk::raii::PhysicalDevice& physical, std::uint32_t inde
     const auto basic = physical.getProperties();
     info.name = basic.deviceName.data();
     info.kind = kind_text(basic.deviceType);
-    info.limits.is_host = basic.deviceType == vk::PhysicalDeviceType::eCpu;
     info.vulkan = version_text(basic.apiVersion);
     if (basic.apiVersion < kVulkanVersion) {
         info.refusal = fmt::format("it offers Vulkan {}, and 1.2 is needed", info.vulkan);
@@ -95,6 +103,8 @@ DeviceInfo describe(const vk::raii::PhysicalDevice& physical, std::uint32_t inde
     const auto& v11 = chain.get<vk::PhysicalDeviceVulkan11Properties>();
     const auto& v12 = chain.get<vk::PhysicalDeviceVulkan12Properties>();
     info.driver = fmt::format("{} ({})", v12.driverName.data(), v12.driverInfo.data());
+    info.is_conformant = v12.conformanceVersion != vk::ConformanceVersion();
+    info.limits.is_host = is_software(basic.deviceType, v12.driverID);
     info.limits.storage_buffer_bytes = limits.maxStorageBufferRange;
     info.limits.texel_buffer_texels = limits.maxTexelBufferElements;
     info.limits.allocation_bytes = v11.maxMemoryAllocationSize;

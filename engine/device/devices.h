@@ -19,7 +19,7 @@ struct Limits {
     std::uint32_t groups_x = 0;              // workgroups per dimension of one dispatch
     std::uint32_t groups_y = 0;
     std::uint32_t subgroup_size = 0;  // lanes of one subgroup
-    bool is_host = false;             // the device is the processor
+    bool is_host = false;             // the device is the processor, whatever it calls itself
     /// Whether what the host writes, and what it reads, are copies: it reaches no memory of the
     /// device, or only a part of it (a card without resizable BAR), which slabs would not fit into;
     /// and reading without a cache takes longer than copying.
@@ -31,9 +31,10 @@ struct Limits {
 struct DeviceInfo {
     std::uint32_t index = 0;  // in the order of the Vulkan loader; what --device INDEX takes
     std::string name;
-    std::string kind;    // "discrete GPU", "integrated GPU", "virtual GPU", "CPU" or "other"
-    std::string driver;  // driver name and version
-    std::string vulkan;  // Vulkan version
+    std::string kind;           // "discrete GPU", "integrated GPU", "virtual GPU", "CPU" or "other"
+    std::string driver;         // driver name and version
+    std::string vulkan;         // Vulkan version
+    bool is_conformant = true;  // its driver has passed the tests of Khronos, by its own account
     Limits limits;
     std::optional<std::string> refusal;  // why it cannot be used; empty when it can
 };
@@ -55,8 +56,9 @@ class NoDriverError : public Error {
 std::vector<DeviceInfo> list_devices();
 
 /// The index in `devices` of the one that `wanted` names by index or a part of its name; the best
-/// usable one where it is empty: discrete before integrated before virtual before CPU, then by
-/// index. Throws Error (device) that says which devices there are and why each was refused.
+/// usable one where it is empty: discrete before integrated before virtual before the processor,
+/// drivers that are not conformant after all others, then by index. Throws Error (device) that says
+/// which devices there are and why each was refused.
 std::size_t choose_device(const std::vector<DeviceInfo>& devices, const std::string& wanted);
 
 /// Sets LP_NATIVE_VECTOR_WIDTH in the environment to 512 where it is not set and the processor has

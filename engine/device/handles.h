@@ -1,6 +1,6 @@
 #pragma once
 
-#include <atomic>
+#include <filesystem>
 #include <mutex>
 #include <string>
 #include <vector>
@@ -22,13 +22,15 @@ struct Context::Handles {
     vk::raii::Device device = nullptr;
     vk::raii::Queue queue = nullptr;
     vk::raii::CommandPool pool = nullptr;
-    vk::raii::PipelineCache cache = nullptr;
+    vk::raii::PipelineCache pipelines = nullptr;  // compiled in this run and before
     vk::PhysicalDeviceMemoryProperties memory;
     std::uint32_t queue_family = 0;
     bool subgroup_size_control = false;  // a pipeline can ask for its subgroup size
     double timestamp_seconds = 0;        // seconds per timestamp tick; 0 without timestamps
     std::uint64_t timestamp_mask = 0;    // the bits of a timestamp that count
     DeviceInfo info;
+    std::filesystem::path pipelines_file;  // where they are kept; empty: nowhere
+    std::string kept_pipelines;            // the hash of what was there; empty: nothing
 
     std::uint64_t allocated = 0;
     std::uint64_t peak_allocated = 0;

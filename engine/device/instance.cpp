@@ -20,6 +20,7 @@ namespace merl::device {
 namespace {
 
 constexpr const char* kValidationLayer = "VK_LAYER_KHRONOS_validation";
+constexpr const char* kPortability = VK_KHR_PORTABILITY_ENUMERATION_EXTENSION_NAME;
 
 /// The limits of this process that a driver may not fit into, as the rest of a sentence.
 std::string lack_of_room() {
@@ -149,7 +150,16 @@ vk::raii::Instance make_instance(const vk::raii::Context& loader, const std::str
         }
     }
     vk::ValidationFeaturesEXT validation(features);
-    vk::InstanceCreateInfo create({}, &application, layers, extensions);
+    vk::InstanceCreateInfo create({}, &application, layers, {});
+    // Without this the loader hides devices on which Vulkan is built upon something else (Metal).
+    const auto offered = loader.enumerateInstanceExtensionProperties();
+    if (std::any_of(offered.begin(), offered.end(), [](const auto& extension) {
+            return std::strcmp(extension.extensionName, kPortability) == 0;
+        })) {
+        extensions.push_back(kPortability);
+        create.flags |= vk::InstanceCreateFlagBits::eEnumeratePortabilityKHR;
+    }
+    create.setPEnabledExtensionNames(extensions);
     if (!features.empty()) {
         create.pNext = &validation;
     }

@@ -54,7 +54,7 @@ Kernel::Kernel(Context& context, const std::string& name, std::span<const std::u
             stage.flags |= vk::PipelineShaderStageCreateFlagBits::eRequireFullSubgroupsEXT;
             stage.pNext = &size;
         }
-        h.pipeline = {c.device, c.cache, vk::ComputePipelineCreateInfo({}, stage, *h.layout)};
+        h.pipeline = {c.device, c.pipelines, vk::ComputePipelineCreateInfo({}, stage, *h.layout)};
     });
 }
 
