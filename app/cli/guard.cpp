@@ -30,14 +30,16 @@ namespace {
 
 constexpr int kLookEvery = 50;  // milliseconds
 
-/// What the child reports: nothing when all is well, else the fault and the message.
-std::string report_of(const std::function<void()>& work) {
+/// In the place of the digit of a fault: what follows is the result.
+constexpr char kResult = '=';
+
+/// What the child reports: the result, or the fault and the message.
+std::string report_of(const std::function<std::string()>& work) {
     const auto report = [](Fault fault, const char* message) {
         return static_cast<char>('0' + static_cast<int>(fault)) + std::string(message);
     };
     try {
-        work();
-        return "";
+        return kResult + work();
     } catch (const Error& error) {
         return report(error.fault(), error.what());
     } catch (const std::bad_alloc&) {
@@ -69,7 +71,7 @@ void with_little_stack(std::function<void()> work) {
     ::pthread_attr_destroy(&attributes);
 }
 
-[[noreturn]] void be_the_child(int to_parent, const std::function<void()>& work) {
+[[noreturn]] void be_the_child(int to_parent, const std::function<std::string()>& work) {
     ::prctl(PR_SET_PDEATHSIG, SIGKILL);
     std::string report;
     try {
@@ -147,8 +149,8 @@ class Child {
 
 }  // namespace
 
-void run_guarded(const std::string& what, double seconds, std::uint64_t bytes,
-                 const std::function<void()>& work) {
+std::string ask_guarded(const std::string& what, double seconds, std::uint64_t bytes,
+                        const std::function<std::string()>& work) {
     std::array<int, 2> pipe = {};
     if (::pipe(pipe.data()) != 0) {
         throw std::system_error(errno, std::generic_category(), "no pipe");
@@ -165,20 +167,34 @@ void run_guarded(const std::string& what, double seconds, std::uint64_t bytes,
     ::close(pipe[1]);
     const Child child(id, pipe[0]);
     const auto report = child.listen(what, seconds, bytes);
-    if (report.empty()) {
+    if (report.size() < 2) {  // not even its end
         throw InputError(fmt::format("{} makes the compiler or the driver crash", what));
     }
-    if (report.size() > 1) {
-        throw Error(static_cast<Fault>(report[0] - '0'), report.substr(1, report.size() - 2));
+    const auto text = report.substr(1, report.size() - 2);
+    if (report[0] != kResult) {
+        throw Error(static_cast<Fault>(report[0] - '0'), text);
     }
+    return text;
 }
 
-void try_device_where_limited(const std::function<void()>& open) {
+void run_guarded(const std::string& what, double seconds, std::uint64_t bytes,
+                 const std::function<void()>& work) {
+    ask_guarded(what, seconds, bytes, [&] {
+        work();
+        return std::string();
+    });
+}
+
+bool memory_is_limited() {
     const auto is_limited = [](auto resource) {
         rlimit limit = {};
         return ::getrlimit(resource, &limit) == 0 && limit.rlim_cur != RLIM_INFINITY;
     };
-    if (!is_limited(RLIMIT_AS) && !is_limited(RLIMIT_DATA)) {
+    return is_limited(RLIMIT_AS) || is_limited(RLIMIT_DATA);
+}
+
+void try_device_where_limited(const std::function<void()>& open) {
+    if (!memory_is_limited()) {
         return;
     }
     constexpr double kSeconds = 60;
@@ -196,10 +212,6 @@ void try_device_where_limited(const std::function<void()>& open) {
         }
         throw;
     }
-}
-
-void try_device_where_limited(const std::string& device) {
-    try_device_where_limited([&] { const device::Context context({.device = device}); });
 }
 
 std::string with_advice(const device::NoDriverError& error) {

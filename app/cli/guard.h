@@ -18,13 +18,17 @@ namespace merl::app {
 void run_guarded(const std::string& what, double seconds, std::uint64_t bytes,
                  const std::function<void()>& work);
 
-/// Where the memory of this process is limited (ulimit -v, -d) drivers may crash instead of saying
+/// The same of work that has a result, which is returned.
+std::string ask_guarded(const std::string& what, double seconds, std::uint64_t bytes,
+                        const std::function<std::string()>& work);
+
+/// Whether this process may have less memory than the machine has (ulimit -v, -d).
+bool memory_is_limited();
+
+/// Where it is drivers may crash instead of saying
 /// so: there `open`, which opens what will be used, runs in a process of its own first. Throws
 /// Error (resource) when that crashes, and what it throws. To be called like run_guarded().
 void try_device_where_limited(const std::function<void()>& open);
-
-/// The same of a Vulkan device, by its name as device::ContextOptions take it.
-void try_device_where_limited(const std::string& device);
 
 /// What went wrong, and what to install if that helps.
 std::string with_advice(const device::NoDriverError& error);

@@ -3,6 +3,7 @@
 #include "app/cli/exit_status.h"
 #include "app/cli/guard.h"
 #include "app/cli/terminal.h"
+#include "app/cli/tried_device.h"
 #include "app/commands/commands.h"
 #include "engine/device/context.h"
 #include "engine/distance/engines.h"
@@ -11,7 +12,8 @@ namespace merl::app {
 namespace {
 
 void print_devices() {
-    for (const auto& d : device::list_devices()) {
+    const auto trials = known_trials();
+    for (const auto& d : device::list_devices(trials)) {
         print_line(fmt::format("{}: {}", d.index, d.name));
         print_line(fmt::format("   {}, Vulkan {}, {}", d.kind, d.vulkan,
                                d.driver.empty() ? "unknown driver" : d.driver));
@@ -24,6 +26,13 @@ void print_devices() {
                 static_cast<double>(d.limits.heap_bytes) / 0x1p30,
                 static_cast<double>(d.limits.storage_buffer_bytes) / 0x1p30,
                 d.limits.subgroup_size));
+            if (!d.is_conformant) {
+                print_line("   its driver is not conformant: used where it is asked for by name");
+            }
+            const auto* const trial = device::trial_of(d, trials);
+            if (trial != nullptr && trial->loses_to_host) {
+                print_line("   slower than the host when it was tried");
+            }
         }
     }
 }
@@ -33,6 +42,7 @@ int list() {
     print_line(
         "   can be used for the metrics of the library; not for spheres or your own metrics");
     try {
+        untried_device("");
         print_devices();
     } catch (const device::NoDriverError& error) {
         print_line(with_advice(error));

@@ -12,11 +12,11 @@
 
 #include "app/cli/control.h"
 #include "app/cli/exit_status.h"
-#include "app/cli/guard.h"
 #include "app/cli/options.h"
 #include "app/cli/progress.h"
 #include "app/cli/sphere_options.h"
 #include "app/cli/terminal.h"
+#include "app/cli/tried_device.h"
 #include "app/commands/commands.h"
 #include "app/output/image_file.h"
 #include "app/output/json.h"
@@ -209,9 +209,9 @@ int run(const Options& options) {
     Images images(shown.size());
     std::uint64_t bytes = 0;
     TerminalControl terminal(options.quiet);
-    try_device_where_limited(options.image.device);
+    const auto context = tried_device(options.image.device);
     const auto device = pipeline::render_spheres(
-        database, places, view, options.image.device,
+        database, places, view, context,
         [&](const engine::SphereImage& sphere, const pipeline::Image& linear) {
             scanned.check(places[sphere.material], sphere.content_hash);
             kit.database.material_hashes[shown[sphere.material]] = sphere.content_hash;

@@ -6,10 +6,11 @@
 #include <cstdlib>
 #include <utility>
 
-#include "app/cli/guard.h"
 #include "app/cli/options.h"
 #include "app/cli/terminal.h"
-#include "app/commands/open_metrics.h"
+#include "app/cli/tried_device.h"
+#include "app/commands/try_metrics.h"
+#include "app/pipeline/metrics.h"
 #include "engine/base/error.h"
 #include "engine/database/open_database.h"
 #include "engine/device/buffer.h"
@@ -55,18 +56,16 @@ void require_metrics(std::size_t found, const MetricNeeds& needs) {
 ObtainedDistances compute(const DistanceOptions& options, const MetricNeeds& needs,
                           const pipeline::Control& control) {
     ObtainedDistances result;
-    result.opened = open_metrics(
-        split_list(options.metrics.value_or(needs.from_database), "--metrics"), options.device);
+    result.opened = pipeline::open_metrics(
+        split_list(options.metrics.value_or(needs.from_database), "--metrics"));
     for (const auto& metric : result.opened) {
         result.metrics.push_back(&metric);
     }
     require_metrics(result.metrics.size(), needs);
+    const auto device = tried_device(options.device, result.metrics);
+    try_metrics(result.metrics, device);
     result.database = engine::open_database(options.database);
-    try_device_where_limited([&] {
-        std::vector<std::string> warnings;
-        engine::Engines(options.device).share(result.metrics, warnings);
-    });
-    engine::Engines engines(options.device);
+    engine::Engines engines(device);
     try {
         result.distances = pipeline::compute_pair_distances(
             engines, *result.database, result.metrics, options.memory, control);

@@ -19,6 +19,11 @@
 
 namespace merl::app {
 
+/// What --metrics takes, for the footers of --help.
+inline constexpr const char* kMetricsHelp =
+    "A metric is a name of the library (merl-scan metrics) or a file that ends in .glsl, with\n"
+    "parameters after colons: pawcielab, pawcielab:white=80, ./my_metric.glsl:alpha=0.3:beta=2.\n";
+
 /// The options of every command that needs distances: where from, under which metrics, computed
 /// with what.
 struct DistanceOptions {

@@ -14,10 +14,10 @@
 #include "app/cli/choose_materials.h"
 #include "app/cli/control.h"
 #include "app/cli/exit_status.h"
-#include "app/cli/guard.h"
 #include "app/cli/options.h"
 #include "app/cli/sphere_options.h"
 #include "app/cli/terminal.h"
+#include "app/cli/tried_device.h"
 #include "app/commands/commands.h"
 #include "app/output/image_file.h"
 #include "app/output/json.h"
@@ -267,9 +267,9 @@ int run(const Options& options) {
                    : OutputDirectory::for_files(target.directory, options.force, std::move(files));
     TerminalControl terminal(options.quiet);
     Stopwatch watch;
-    try_device_where_limited(options.image.device);
+    const auto context = tried_device(options.image.device);
     const auto device = pipeline::render_spheres(
-        database, materials, view, options.image.device,
+        database, materials, view, context,
         [&](const engine::SphereImage& sphere, const pipeline::Image& linear) {
             const auto material = materials[sphere.material];
             source.check(material, sphere.content_hash);

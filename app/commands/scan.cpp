@@ -16,7 +16,6 @@
 #include "app/cli/terminal.h"
 #include "app/commands/commands.h"
 #include "app/commands/obtain_distances.h"
-#include "app/commands/open_metrics.h"
 #include "app/output/json.h"
 #include "app/output/output_directory.h"
 #include "app/output/provenance.h"

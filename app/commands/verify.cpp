@@ -10,6 +10,7 @@
 #include "app/cli/exit_status.h"
 #include "app/cli/options.h"
 #include "app/cli/terminal.h"
+#include "app/cli/tried_device.h"
 #include "app/commands/commands.h"
 #include "app/output/provenance.h"
 
@@ -28,6 +29,7 @@ void print_row(std::string_view check, std::string_view expected, std::string_vi
 }
 
 int run(const Options& options) {
+    const auto device = untried_device(options.device);
     TerminalControl control(options.quiet);
     const pipeline::VerifySink sink = {
         .engine =
@@ -42,7 +44,7 @@ int run(const Options& options) {
                 print_row(c.name, c.expected, c.actual, fmt::format("{:.1e}", c.error),
                           fmt::format("{:.1e}", c.allowed), c.passed() ? "PASS" : "FAIL");
             }};
-    const int failures = pipeline::verify(options.device, sink, control.control());
+    const int failures = pipeline::verify(device, sink, control.control());
     print_line("");
     print_line(failures == 0 ? "PASS: this machine computes what it should"
                              : fmt::format("FAIL: {} checks; do not trust its results", failures));

@@ -34,7 +34,7 @@ std::vector<engine::Metric> open_metrics(std::span<const std::string> texts) {
     return metrics;
 }
 
-void try_metric(const engine::Metric& metric, const std::string& device) {
+void try_metric(const engine::Metric& metric, const device::ContextOptions& device) {
     engine::compile_kernels(metric);  // what is wrong with the file comes before the device
     const auto database =
         engine::make_abc_database({.theta_h = 4, .theta_d = 4, .phi_d = 8},

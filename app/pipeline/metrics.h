@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "engine/device/context.h"
 #include "engine/metric/metric.h"
 
 namespace merl::pipeline {
@@ -14,8 +15,8 @@ namespace merl::pipeline {
 std::vector<engine::Metric> open_metrics(std::span<const std::string> texts);
 
 /// Compiles a user's metric and computes a distance of two materials on a tiny grid with it, on a
-/// device as Engines takes it. A hostile file may hang or crash the compiler or the driver: a
+/// device as Engines takes them. A hostile file may hang or crash the compiler or the driver: a
 /// program runs this in a process of its own. Throws Error (input) for a file that cannot be used.
-void try_metric(const engine::Metric& metric, const std::string& device);
+void try_metric(const engine::Metric& metric, const device::ContextOptions& device);
 
 }  // namespace merl::pipeline

@@ -68,10 +68,10 @@ Image displayed(const Image& linear, const SphereView& view) {
 
 device::DeviceInfo render_spheres(const engine::Database& database,
                                   std::span<const std::size_t> materials, const SphereView& view,
-                                  const std::string& device, const SphereImageSink& sink,
+                                  const device::ContextOptions& device, const SphereImageSink& sink,
                                   const Control& control) {
     require_room(view);
-    device::Context context({.device = device});
+    device::Context context(device);
     control.update("rendering", 0);
     const auto all = static_cast<double>(materials.size() * view.sphere.lights.size());
     double done = 0;

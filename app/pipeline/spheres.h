@@ -34,12 +34,12 @@ Image displayed(const Image& linear, const SphereView& view);
 /// background.
 using SphereImageSink = std::function<void(const engine::SphereImage& sphere, const Image& linear)>;
 
-/// Renders the materials on a Vulkan device, which a context takes by `device`, and says which. The
-/// stage is "rendering". Throws Error: (usage) when the images are too many or too large, what
-/// opening a device and engine::render_spheres() throw; and Cancelled.
+/// Renders the materials on the Vulkan device that a context opens, and says which. The stage is
+/// "rendering". Throws Error: (usage) when the images are too many or too large, what opening a
+/// device and engine::render_spheres() throw; and Cancelled.
 device::DeviceInfo render_spheres(const engine::Database& database,
                                   std::span<const std::size_t> materials, const SphereView& view,
-                                  const std::string& device, const SphereImageSink& sink,
+                                  const device::ContextOptions& device, const SphereImageSink& sink,
                                   const Control& control = {});
 
 }  // namespace merl::pipeline

@@ -216,10 +216,12 @@ engine::EngineDescription open_engine(engine::Engines& engines) {
 
 }  // namespace
 
-int verify(const std::string& device, const VerifySink& sink, const Control& control) {
+int verify(const device::ContextOptions& device, const VerifySink& sink, const Control& control) {
     int failures = 0;
-    for (const auto& name : device.empty() ? all_engines() : std::vector{device}) {
-        engine::Engines engines(name);
+    for (const auto& name : device.device.empty() ? all_engines() : std::vector{device.device}) {
+        auto one = device;
+        one.device = name;
+        engine::Engines engines(one);
         const auto description = open_engine(engines);
         sink.engine(description);
         Report report(sink, description);

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "app/pipeline/control.h"
+#include "engine/device/context.h"
 #include "engine/distance/parts/engine.h"
 
 namespace merl::pipeline {
@@ -26,9 +27,10 @@ struct VerifySink {
 };
 
 /// Checks an engine against the framework test of Ryman 2018, independent float64 distances of the
-/// built-in database, and the float64 twins of the library. `device` is as for Engines; empty: the
-/// host engine, and the best Vulkan device if there is one. The stage is "built-in database".
-/// Returns how many checks failed.
-int verify(const std::string& device, const VerifySink& sink, const Control& control = {});
+/// built-in database, and the float64 twins of the library. `device` is as for Engines; of no
+/// device: the host engine, and the best Vulkan device if there is one. The stage is "built-in
+/// database". Returns how many checks failed.
+int verify(const device::ContextOptions& device, const VerifySink& sink,
+           const Control& control = {});
 
 }  // namespace merl::pipeline

@@ -91,7 +91,7 @@ Context::Context(const ContextOptions& options) {
                         &h}};
     }
     auto physical = enumerate(h.instance);
-    const auto devices = describe_all(physical);
+    const auto devices = describe_all(physical, options.trials);
     const std::size_t chosen = choose_device(devices, options.device);
     h.physical = std::move(physical[chosen]);
     h.info = devices[chosen];

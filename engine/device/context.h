@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "engine/base/error.h"
 #include "engine/device/devices.h"
@@ -16,12 +17,18 @@ class DeviceLostError : public Error {
     explicit DeviceLostError(const std::string& message) : Error(Fault::device, message) {}
 };
 
+/// The device does not compute what it should.
+class UnfitError : public Error {
+  public:
+    explicit UnfitError(const std::string& message) : Error(Fault::device, message) {}
+};
+
 /// How a context is made; the defaults are what the command line uses.
 struct ContextOptions {
-    std::string device;          // empty: best usable one; else an index or a part of the name
+    std::string device = {};     // empty: best usable one; else an index or a part of the name
     bool force_staging = false;  // copy through staging buffers even where memory can be mapped
-    std::filesystem::path cache_directory =
-        {};  // where compiled pipelines are kept; empty: nowhere
+    std::filesystem::path cache_directory = {};  // keeps compiled pipelines; empty: nothing does
+    std::vector<Trial> trials = {};              // what is known of the devices
 };
 
 /// A Vulkan device opened for compute: one queue, one command pool, the validation messages.

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string_view>
 #include <vector>
 
@@ -15,7 +16,8 @@ std::optional<std::uint32_t> compute_queue_family(const vk::raii::PhysicalDevice
 
 bool has_extension(const vk::raii::PhysicalDevice& physical, std::string_view name);
 
-/// What there is, in the order of the loader.
-std::vector<DeviceInfo> describe_all(const std::vector<vk::raii::PhysicalDevice>& physical);
+/// What there is, in the order of the loader; refused where a trial says so.
+std::vector<DeviceInfo> describe_all(const std::vector<vk::raii::PhysicalDevice>& physical,
+                                     std::span<const Trial> trials);
 
 }  // namespace merl::device

@@ -150,10 +150,15 @@ bool has_extension(const vk::raii::PhysicalDevice& physical, std::string_view na
                        [&](const auto& e) { return name == e.extensionName.data(); });
 }
 
-std::vector<DeviceInfo> describe_all(const std::vector<vk::raii::PhysicalDevice>& physical) {
+std::vector<DeviceInfo> describe_all(const std::vector<vk::raii::PhysicalDevice>& physical,
+                                     std::span<const Trial> trials) {
     std::vector<DeviceInfo> devices;
     for (std::uint32_t i = 0; i < physical.size(); ++i) {
-        devices.push_back(describe(physical[i], i));
+        auto& device = devices.emplace_back(describe(physical[i], i));
+        const Trial* const trial = trial_of(device, trials);
+        if (!device.refusal && trial != nullptr && !trial->refusal.empty()) {
+            device.refusal = trial->refusal;
+        }
     }
     return devices;
 }
@@ -207,10 +212,19 @@ std::size_t choose_device(const std::vector<DeviceInfo>& devices, const std::str
     });
 }
 
-std::vector<DeviceInfo> list_devices() {
+std::string identity(const DeviceInfo& device) {
+    return fmt::format("{}, {}, Vulkan {}", device.name, device.driver, device.vulkan);
+}
+
+const Trial* trial_of(const DeviceInfo& device, std::span<const Trial> trials) {
+    const auto found = std::ranges::find(trials, identity(device), &Trial::device);
+    return found == trials.end() ? nullptr : &*found;
+}
+
+std::vector<DeviceInfo> list_devices(std::span<const Trial> trials) {
     const auto loader = make_loader();
     const auto instance = guarded("vkCreateInstance", [&] { return make_instance(loader, ""); });
-    auto devices = describe_all(enumerate(instance));
+    auto devices = describe_all(enumerate(instance), trials);
     if (devices.empty()) {
         throw why_no_device();
     }

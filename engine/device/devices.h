@@ -1,7 +1,9 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -39,6 +41,21 @@ struct DeviceInfo {
     std::optional<std::string> refusal;  // why it cannot be used; empty when it can
 };
 
+/// What came of trying a device, for those who did.
+struct Trial {
+    std::string device = {};     // the identity() that was tried
+    std::string refusal = {};    // what went wrong; empty when nothing did
+    bool loses_to_host = false;  // the processor without Vulkan is faster
+
+    bool operator==(const Trial&) const = default;
+};
+
+/// A device and its driver in their versions: what a trial is valid for.
+std::string identity(const DeviceInfo& device);
+
+/// What was tried, if it was.
+const Trial* trial_of(const DeviceInfo& device, std::span<const Trial> trials);
+
 /// There is no driver, or no loader, or they are hidden: a machine without a device.
 class NoDriverError : public Error {
   public:
@@ -52,8 +69,12 @@ class NoDriverError : public Error {
     bool is_installed_;
 };
 
-/// Every Vulkan device of this machine. Throws NoDriverError when there is none.
-std::vector<DeviceInfo> list_devices();
+/// The files that name drivers to the loader: those of the environment, or where packages put them.
+std::vector<std::filesystem::path> driver_manifests();
+
+/// Every Vulkan device of this machine; those that failed a trial are refused. Throws NoDriverError
+/// when there is none.
+std::vector<DeviceInfo> list_devices(std::span<const Trial> trials = {});
 
 /// The index in `devices` of the one that `wanted` names by index or a part of its name; the best
 /// usable one where it is empty: discrete before integrated before virtual before the processor,

@@ -11,6 +11,7 @@
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <sstream>
 #include <system_error>
 #include <tuple>
 
@@ -64,35 +65,57 @@ std::string library_of(const std::filesystem::path& manifest) {
     return json.contains(place) && json[place].is_string() ? json[place].get<std::string>() : "";
 }
 
-/// The drivers that are installed where packages put them, and what keeps each from loading.
-std::string installed_drivers() {
-    std::string text;
+/// Where packages put them.
+std::vector<std::filesystem::path> installed_manifests() {
+    std::vector<std::filesystem::path> manifests;
     for (const char* folder : {"/usr/share/vulkan/icd.d", "/usr/local/share/vulkan/icd.d",
                                "/etc/vulkan/icd.d", "/usr/local/etc/vulkan/icd.d"}) {
         std::error_code none;
         for (std::filesystem::directory_iterator i(folder, none), end; !none && i != end;
              i.increment(none)) {
-            if (i->path().extension() != ".json") {
-                continue;
+            if (i->path().extension() == ".json") {
+                manifests.push_back(i->path());
             }
-            auto library = library_of(i->path());
-            if (library.find('/') != std::string::npos) {  // else the system looks for it
-                library = (i->path().parent_path() / library).string();
-            }
-            void* const loaded = ::dlopen(library.c_str(), RTLD_LAZY | RTLD_LOCAL);
-            text += fmt::format("{}{}{}", text.empty() ? "" : ", ", i->path().string(),
-                                loaded != nullptr
-                                    ? ""
-                                    : fmt::format(" (its library {} cannot be loaded)", library));
-            if (loaded != nullptr) {
-                ::dlclose(loaded);
-            }
+        }
+    }
+    std::ranges::sort(manifests);
+    return manifests;
+}
+
+/// The drivers that are installed where packages put them, and what keeps each from loading.
+std::string installed_drivers() {
+    std::string text;
+    for (const auto& manifest : installed_manifests()) {
+        auto library = library_of(manifest);
+        if (library.find('/') != std::string::npos) {  // else the system looks for it
+            library = (manifest.parent_path() / library).string();
+        }
+        void* const loaded = ::dlopen(library.c_str(), RTLD_LAZY | RTLD_LOCAL);
+        text += fmt::format(
+            "{}{}{}", text.empty() ? "" : ", ", manifest.string(),
+            loaded != nullptr ? "" : fmt::format(" (its library {} cannot be loaded)", library));
+        if (loaded != nullptr) {
+            ::dlclose(loaded);
         }
     }
     return text;
 }
 
 }  // namespace
+
+std::vector<std::filesystem::path> driver_manifests() {
+    for (const char* name : {"VK_DRIVER_FILES", "VK_ICD_FILENAMES"}) {
+        if (const char* value = std::getenv(name); value != nullptr) {
+            std::vector<std::filesystem::path> manifests;
+            std::istringstream files(value);
+            for (std::string file; std::getline(files, file, ':');) {
+                manifests.emplace_back(file);
+            }
+            return manifests;
+        }
+    }
+    return installed_manifests();
+}
 
 std::string version_text(std::uint32_t version) {
     return fmt::format("{}.{}.{}", VK_API_VERSION_MAJOR(version), VK_API_VERSION_MINOR(version),

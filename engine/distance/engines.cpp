@@ -11,43 +11,58 @@
 
 namespace merl::engine {
 
-Engines::Engines(std::string device)
-    : device_(std::move(device)),
-      rule_(device_.empty()    ? Rule::automatic
-            : device_ == kHost ? Rule::host
-                               : Rule::vulkan),
+Engines::Engines(device::ContextOptions options)
+    : options_(std::move(options)),
+      rule_(options_.device.empty()    ? Rule::automatic
+            : options_.device == kHost ? Rule::host
+                                       : Rule::vulkan),
       host_(make_host_engine()) {}
 
 Engines::Engines(device::Context& context, Use use)
     : rule_(use == Use::everything ? Rule::vulkan : Rule::automatic),
       looked_(true),
-      software_(use == Use::rest),
+      chosen_(context.info()),
+      rest_only_(use == Use::rest),
       host_(make_host_engine()),
       vulkan_(make_vulkan_engine(context)) {}
 
 Engine& Engines::vulkan() {
     if (!vulkan_) {
-        context_.emplace(device::ContextOptions{.device = device_});
+        context_.emplace(options_);
         vulkan_ = make_vulkan_engine(*context_);
     }
     return *vulkan_;
 }
 
-/// What decides the rule where nothing was chosen.
-void Engines::find_devices() {
-    if (std::exchange(looked_, true)) {
+/// The device, and where nothing was asked for what it is to compute.
+void Engines::choose() {
+    if (rule_ == Rule::host || std::exchange(looked_, true)) {
         return;
     }
-    software_ = true;
     try {
-        const auto devices = device::list_devices();
-        software_ = devices[device::choose_device(devices, "")].limits.is_host;
+        const auto devices = device::list_devices(options_.trials);
+        chosen_ = devices[device::choose_device(devices, options_.device)];
+        const auto* const trial = device::trial_of(*chosen_, options_.trials);
+        rest_only_ = rule_ == Rule::automatic &&
+                     (chosen_->limits.is_host || (trial != nullptr && trial->loses_to_host));
     } catch (const device::NoDriverError& error) {
         why_no_device_ = error.what();
         no_driver_ = !error.is_installed();
     } catch (const Error& error) {
         why_no_device_ = error.what();
     }
+}
+
+/// After choose(). A device that was asked for and is not there fails when it is opened.
+bool Engines::is_for_device(const Metric& metric) const {
+    return rule_ == Rule::vulkan || (chosen_ && !(rest_only_ && host_is_fast_for(metric)));
+}
+
+std::optional<device::DeviceInfo> Engines::device_for(std::span<const Metric* const> metrics) {
+    choose();
+    const bool opens =
+        std::ranges::any_of(metrics, [&](const Metric* metric) { return is_for_device(*metric); });
+    return opens ? chosen_ : std::nullopt;
 }
 
 void Engines::refuse(const Metric& metric) const {
@@ -62,17 +77,12 @@ void Engines::refuse(const Metric& metric) const {
 
 std::vector<Engines::Share> Engines::share(std::span<const Metric* const> metrics,
                                            std::vector<std::string>& warnings) {
-    const bool automatic = rule_ == Rule::automatic;
-    if (automatic) {
-        find_devices();
-    }
-    const bool all_on_device = rule_ == Rule::vulkan || (automatic && !software_);
-    const bool rest_on_device = automatic && why_no_device_.empty();
+    choose();
     std::vector<std::size_t> on_device;
     std::vector<std::size_t> on_host;
     for (std::size_t m = 0; m < metrics.size(); ++m) {
         const Metric& metric = *metrics[m];
-        if (all_on_device || (rest_on_device && !host_is_fast_for(metric))) {
+        if (is_for_device(metric)) {
             on_device.push_back(m);
             continue;
         }

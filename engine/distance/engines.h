@@ -18,15 +18,15 @@ inline constexpr const char* kHost = "host";
 
 /// Which engine computes which metric.
 ///
-/// Without a choice: on a GPU the Vulkan engine, everything. Without one the host engine; what it
-/// cannot do well (a user's metric; one without a degree, whose twin is slow) goes to a software
-/// device if there is one. With kHost the host engine alone, with a Vulkan device that device
-/// alone, whose shaders then compute everything.
+/// Without a choice: on a GPU the Vulkan engine, everything. Without one, or where a trial says
+/// that the GPU is slower than the processor, the host engine; what it cannot do well (a user's
+/// metric; one without a degree, whose twin is slow) goes to a software device if there is one.
+/// With kHost the host engine alone, with a Vulkan device that device alone, whose shaders then
+/// compute everything.
 class Engines {
   public:
-    /// `device` is empty, kHost, or an index or a part of the name of a Vulkan device. Nothing is
-    /// opened yet.
-    explicit Engines(std::string device = {});
+    /// `options.device` may be kHost too. Nothing is opened yet.
+    explicit Engines(device::ContextOptions options = {});
 
     /// A Vulkan device that is open already, which outlives this: for everything, or for what the
     /// host engine cannot do well.
@@ -46,18 +46,23 @@ class Engines {
     std::vector<Share> share(std::span<const Metric* const> metrics,
                              std::vector<std::string>& warnings);
 
+    /// The Vulkan device that share() would open; none where it opens none, or cannot.
+    std::optional<device::DeviceInfo> device_for(std::span<const Metric* const> metrics);
+
   private:
     enum class Rule { automatic, host, vulkan };
 
     /// Opens the device unless it is open.
     Engine& vulkan();
-    void find_devices();
+    void choose();
+    bool is_for_device(const Metric& metric) const;
     [[noreturn]] void refuse(const Metric& metric) const;
 
-    std::string device_;
+    device::ContextOptions options_;
     Rule rule_;
-    bool looked_ = false;        // for devices
-    bool software_ = false;      // whether there is a usable device, and it is the processor
+    bool looked_ = false;                       // for devices
+    std::optional<device::DeviceInfo> chosen_;  // not opened yet, or by this
+    bool rest_only_ = false;     // whether it is for what the host engine cannot do well
     std::string why_no_device_;  // where none can be used
     bool no_driver_ = false;     // for want of a driver that could be installed
     std::optional<device::Context> context_;

@@ -28,14 +28,14 @@ std::unique_ptr<engine::Database> coarse_database() {
 }
 
 PairDistances distances_of(const engine::Database& database, const Control& control = {}) {
-    engine::Engines engines(engine::kHost);
+    engine::Engines engines({.device = engine::kHost});
     return compute_pair_distances(engines, database, two_metrics(), 1ULL << 30U, control);
 }
 
 TEST(Pipeline, DistancesSayWhereTheyAreFrom) {
     const auto database = coarse_database();
     const auto result = distances_of(*database);
-    engine::Engines engines(engine::kHost);
+    engine::Engines engines({.device = engine::kHost});
     const auto computed = engine::compute_distances(engines, *database, two_metrics());
     ASSERT_EQ(result.table.metrics.size(), 2U);
     EXPECT_EQ(result.table.names, database->materials());
@@ -149,7 +149,7 @@ TEST(Pipeline, WhatDoesNotBelongTogetherIsRefused) {
 TEST(Pipeline, AScanIsOfTheFirstTwoMetrics) {
     const auto database = coarse_database();
     const std::array three = {two_metrics()[0], two_metrics()[1], &engine::find_metric("rmse")};
-    engine::Engines engines(engine::kHost);
+    engine::Engines engines({.device = engine::kHost});
     const auto distances = compute_pair_distances(engines, *database, three);
     const auto result =
         scan_distances(distances.table, database.get(), three, {.disagreements = 0});
@@ -179,7 +179,7 @@ TEST(Pipeline, SpheresAreShown) {
     const std::vector<std::size_t> both = {0, 1};
     std::vector<float> middles;
     const SphereView view = {.sphere = {.size = 16}, .background = 0};
-    render_spheres(database, both, view, "llvmpipe",
+    render_spheres(database, both, view, {.device = "llvmpipe"},
                    [&](const engine::SphereImage&, const Image& linear) {
                        middles.push_back(displayed(linear, view).at(8, 8)[1]);
                    });

@@ -111,7 +111,7 @@ void expect_library_as_reference(Engines& engines, bool of_a_user = false) {
 }
 
 TEST(Distances, OfTheWholeLibraryAgreeWithItsTwinsOnTheHost) {
-    Engines host(kHost);
+    Engines host({.device = kHost});
     expect_library_as_reference(host);
 }
 
@@ -128,7 +128,7 @@ TEST(Distances, OfAMetricWithoutADegreeAreThoseOfFloat64OnTheHost) {
                                     test::random_sample);
     const auto& metric = find_metric("paw-ciede2000");
     const Metric* const one[] = {&metric};
-    Engines host(kHost);
+    Engines host({.device = kHost});
     for (const std::uint64_t memory : {3'000'000U, 100'000'000U}) {
         const auto result = compute_distances(host, database, one, {.memory_bytes = memory});
         EXPECT_EQ(result.distances[0].values, float64_distances(database, metric, all_pairs(9)));
@@ -153,7 +153,7 @@ TEST(Engines, ShareByTheRule) {
     ASSERT_EQ(on_device.size(), 1U);
     EXPECT_EQ(on_device[0].metrics.size(), 4U);
     EXPECT_TRUE(warnings.empty());
-    Engines host(kHost);
+    Engines host({.device = kHost});
     try {
         host.share(metrics, warnings);
         FAIL();
