@@ -27,11 +27,11 @@ void print_devices() {
                 static_cast<double>(d.limits.storage_buffer_bytes) / 0x1p30,
                 d.limits.subgroup_size));
             if (!d.is_conformant) {
-                print_line("   its driver is not conformant: used where it is asked for by name");
+                print_line("   its driver is not conformant: used for your own metrics, or if you name it");
             }
             const auto* const trial = device::trial_of(d, trials);
             if (trial != nullptr && trial->loses_to_host) {
-                print_line("   slower than the host when it was tried");
+                print_line("   slower than the host when it was tried: used for your own metrics, or if you name it");
             }
         }
     }

@@ -44,7 +44,8 @@ void Engines::choose() {
         chosen_ = devices[device::choose_device(devices, options_.device)];
         const auto* const trial = device::trial_of(*chosen_, options_.trials);
         rest_only_ = rule_ == Rule::automatic &&
-                     (chosen_->limits.is_host || (trial != nullptr && trial->loses_to_host));
+                     (chosen_->limits.is_host || !chosen_->is_conformant ||
+                      (trial != nullptr && trial->loses_to_host));
     } catch (const device::NoDriverError& error) {
         why_no_device_ = error.what();
         no_driver_ = !error.is_installed();

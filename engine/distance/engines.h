@@ -18,11 +18,11 @@ inline constexpr const char* kHost = "host";
 
 /// Which engine computes which metric.
 ///
-/// Without a choice: on a GPU the Vulkan engine, everything. Without one, or where a trial says
-/// that the GPU is slower than the processor, the host engine; what it cannot do well (a user's
-/// metric; one without a degree, whose twin is slow) goes to a software device if there is one.
-/// With kHost the host engine alone, with a Vulkan device that device alone, whose shaders then
-/// compute everything.
+/// Without a choice: on a GPU the Vulkan engine, everything. Without one, where its driver is not
+/// conformant, or where a trial says that it is slower than the processor, the host engine; what
+/// that cannot do well (a user's metric; one without a degree, whose twin is slow) goes to the
+/// device that there is. With kHost the host engine alone, with a Vulkan device that device alone,
+/// whose shaders then compute everything.
 class Engines {
   public:
     /// `options.device` may be kHost too. Nothing is opened yet.

@@ -24,6 +24,7 @@
 namespace {
 
 constexpr const char* kName = "VK_LAYER_MERL_SCAN_other_device";
+constexpr const char* kPortabilitySubset = "VK_KHR_portability_subset";
 constexpr std::uint64_t kMebibyte = std::uint64_t{1} << 20U;
 
 struct Settings {
@@ -37,6 +38,10 @@ struct Settings {
     std::uint64_t storage_buffer = 0;   // storage-buffer=MIB: the largest
     bool no_usable_memory = false;      // no-usable-memory: none that can be mapped
     bool no_float64 = false;            // no-float64
+    std::uint64_t subgroup = 0;         // subgroup=N is what it says, and pipelines cannot choose
+    bool software = false;              // software: a kind=... that computes on the processor
+    bool untested = false;              // untested: a driver that is not conformant
+    bool portability = false;           // portability: only for those who ask for such devices
 };
 
 std::uint64_t number(const std::string& word, const std::string& text) {
@@ -61,9 +66,14 @@ Settings read_settings() {
         {"lose-at", &Settings::lose_at},
         {"timestamp-bits", &Settings::timestamp_bits},
         {"groups", &Settings::groups},
+        {"subgroup", &Settings::subgroup},
         {"storage-buffer", &Settings::storage_buffer}};
     const std::map<std::string, bool Settings::*> switches = {
-        {"no-usable-memory", &Settings::no_usable_memory}, {"no-float64", &Settings::no_float64}};
+        {"no-usable-memory", &Settings::no_usable_memory},
+        {"no-float64", &Settings::no_float64},
+        {"software", &Settings::software},
+        {"untested", &Settings::untested},
+        {"portability", &Settings::portability}};
     for (std::string word; words >> word;) {
         const auto equals = word.find('=');
         const auto name = word.substr(0, equals);
@@ -126,6 +136,7 @@ std::map<void*, InstanceBelow> instances;  // by the loader's key, which childre
 std::map<void*, DeviceBelow> devices;
 std::map<VkDeviceMemory, Memory> memories;
 std::map<std::uint32_t, std::uint64_t> used;  // bytes of each heap
+bool asked_for_portability = false;
 std::uint64_t allocations = 0;
 std::uint64_t submissions = 0;
 
@@ -188,6 +199,8 @@ VKAPI_ATTR VkResult VKAPI_CALL create_instance(const VkInstanceCreateInfo* info,
     if (result == VK_SUCCESS) {
         const std::lock_guard guard(lock);
         instances[key(*instance)] = InstanceBelow(*instance, get);
+        asked_for_portability =
+            (info->flags & VK_INSTANCE_CREATE_ENUMERATE_PORTABILITY_BIT_KHR) != 0;
     }
     return result;
 }
@@ -202,6 +215,42 @@ VKAPI_ATTR void VKAPI_CALL destroy_instance(VkInstance instance,
         }
         destroy(instance, allocator);
     }
+}
+
+VKAPI_ATTR VkResult VKAPI_CALL enumerate_devices(VkInstance instance, std::uint32_t* count,
+                                                 VkPhysicalDevice* physical) {
+    if (settings().portability && !asked_for_portability) {
+        *count = 0;
+        return VK_SUCCESS;
+    }
+    return BELOW_INSTANCE(instance, vkEnumeratePhysicalDevices)(instance, count, physical);
+}
+
+VKAPI_ATTR VkResult VKAPI_CALL enumerate_extensions(VkPhysicalDevice device, const char* layer,
+                                                    std::uint32_t* count,
+                                                    VkExtensionProperties* extensions) {
+    const auto enumerate = BELOW_INSTANCE(device, vkEnumerateDeviceExtensionProperties);
+    std::uint32_t below = 0;
+    enumerate(device, layer, &below, nullptr);
+    std::vector<VkExtensionProperties> all(below);
+    enumerate(device, layer, &below, all.data());
+    if (settings().subgroup > 0) {
+        std::erase_if(all, [](const auto& extension) {
+            return std::strcmp(extension.extensionName,
+                               VK_EXT_SUBGROUP_SIZE_CONTROL_EXTENSION_NAME) == 0;
+        });
+    }
+    if (settings().portability) {
+        auto& subset = all.emplace_back();
+        std::snprintf(subset.extensionName, sizeof(subset.extensionName), "%s", kPortabilitySubset);
+    }
+    if (extensions != nullptr) {
+        *count = std::min(*count, static_cast<std::uint32_t>(all.size()));
+        std::copy_n(all.begin(), *count, extensions);
+        return *count < all.size() ? VK_INCOMPLETE : VK_SUCCESS;
+    }
+    *count = static_cast<std::uint32_t>(all.size());
+    return VK_SUCCESS;
 }
 
 void change(VkPhysicalDeviceProperties& properties) {
@@ -235,6 +284,21 @@ VKAPI_ATTR void VKAPI_CALL get_properties2(VkPhysicalDevice device,
                                            VkPhysicalDeviceProperties2* properties) {
     BELOW_INSTANCE(device, vkGetPhysicalDeviceProperties2)(device, properties);
     change(properties->properties);
+    const auto& s = settings();
+    if (auto* v12 = find<VkPhysicalDeviceVulkan12Properties>(
+            properties->pNext, VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_PROPERTIES)) {
+        if (!s.kind.empty() && !s.software) {
+            v12->driverID = VK_DRIVER_ID_AMD_PROPRIETARY;
+        }
+        if (s.untested) {
+            v12->conformanceVersion = {};
+        }
+    }
+    if (auto* v11 = find<VkPhysicalDeviceVulkan11Properties>(
+            properties->pNext, VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_1_PROPERTIES)) {
+        v11->subgroupSize =
+            s.subgroup > 0 ? static_cast<std::uint32_t>(s.subgroup) : v11->subgroupSize;
+    }
 }
 
 VKAPI_ATTR void VKAPI_CALL get_features(VkPhysicalDevice device,
@@ -335,7 +399,17 @@ VKAPI_ATTR VkResult VKAPI_CALL create_device(VkPhysicalDevice physical,
     link->u.pLayerInfo = link->u.pLayerInfo->pNext;
     const auto create = reinterpret_cast<PFN_vkCreateDevice>(
         get_instance(below_instance(physical).handle, "vkCreateDevice"));
-    const VkResult result = create(physical, info, allocator, device);
+    VkDeviceCreateInfo changed = *info;
+    std::vector<const char*> extensions(
+        info->ppEnabledExtensionNames, info->ppEnabledExtensionNames + info->enabledExtensionCount);
+    if (settings().portability && std::erase_if(extensions, [](const char* name) {
+                                      return std::strcmp(name, kPortabilitySubset) == 0;
+                                  }) == 0) {
+        return VK_ERROR_EXTENSION_NOT_PRESENT;  // a device that has it must be asked for it
+    }
+    changed.enabledExtensionCount = static_cast<std::uint32_t>(extensions.size());
+    changed.ppEnabledExtensionNames = extensions.data();
+    const VkResult result = create(physical, &changed, allocator, device);
     if (result == VK_SUCCESS) {
         const std::lock_guard guard(lock);
         devices[key(*device)] = DeviceBelow(*device, get_device);
@@ -488,6 +562,8 @@ const std::map<std::string_view, PFN_vkVoidFunction> own_functions = {
     {"vkGetDeviceProcAddr", as_function(get_device_function)},
     {"vkCreateInstance", as_function(create_instance)},
     {"vkDestroyInstance", as_function(destroy_instance)},
+    {"vkEnumeratePhysicalDevices", as_function(enumerate_devices)},
+    {"vkEnumerateDeviceExtensionProperties", as_function(enumerate_extensions)},
     {"vkGetPhysicalDeviceProperties", as_function(get_properties)},
     {"vkGetPhysicalDeviceProperties2", as_function(get_properties2)},
     {"vkGetPhysicalDeviceFeatures", as_function(get_features)},

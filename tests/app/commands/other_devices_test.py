@@ -2,6 +2,8 @@
 (tests/vulkan_layer)."""
 
 import os
+import pathlib
+import tempfile
 
 import support
 from support import DEVICE, Case, read_json, tree, write_database
@@ -15,11 +17,19 @@ class OtherDevices(Case):
     def setUp(self):
         super().setUp()
         write_database(self.work / "db", 12, GRID)
+        kept = tempfile.TemporaryDirectory()
+        self.addCleanup(kept.cleanup)
+        self.kept = pathlib.Path(kept.name) / "cache"
+
+    def cache(self):
+        """The environment in which nothing is known of any device; what Mesa has compiled is kept."""
+        shared = os.environ.get("XDG_CACHE_HOME", os.path.expanduser("~/.cache"))
+        return {"XDG_CACHE_HOME": str(self.kept), "MESA_SHADER_CACHE_DIR": shared}
 
     def on(self, device):
         """The environment in which there is such a device."""
-        return {"VK_LAYER_PATH": LAYERS, "VK_INSTANCE_LAYERS": "VK_LAYER_MERL_SCAN_other_device",
-                "MERL_SCAN_OTHER_DEVICE": device}
+        return self.cache() | {"VK_LAYER_PATH": LAYERS, "VK_INSTANCE_LAYERS": "VK_LAYER_MERL_SCAN_other_device",
+                               "MERL_SCAN_OTHER_DEVICE": device}
 
     def results(self, device, *options, out="out", **changes):
         database = () if "--database" in options else ("--database", "db")
@@ -36,7 +46,7 @@ class OtherDevices(Case):
                                     "kind=discrete storage-buffer=1", "kind=discrete heap=3 bar=1",
                                     "kind=discrete timestamp-bits=8", "kind=discrete timestamp-bits=0")):
             with self.subTest(device=device):
-                selection, found = self.results(device, out=f"out-{i}")
+                selection, found = self.results(device, "--device", "other", out=f"out-{i}")
                 (engine,) = found["engines"]
                 self.assertEqual(engine["engine"], "vulkan")
                 self.assertEqual(engine["kind"], device.split()[0].removeprefix("kind=") + " GPU")
@@ -66,6 +76,7 @@ class OtherDevices(Case):
         self.refused("kind=discrete heap=64 no-usable-memory", ["no memory", "host can reach"])
 
     def test_allocations_that_fail(self):
+        self.results(CARD)  # from here on the device is known to work
         for nth in 1, 2, 7, 14:
             with self.subTest(nth=nth):
                 self.refused(f"kind=discrete fail-allocation={nth}", ["cannot allocate", "MiB", "--memory"])
@@ -87,6 +98,63 @@ class OtherDevices(Case):
         self.refused(device, ["no float64"], "--device", "other")
         _, found = self.results(device)
         self.assertEqual([engine["engine"] for engine in found["engines"]], ["host"])
+
+    def test_what_a_driver_says_of_itself(self):
+        """It is not believed that it is fast when it computes on the processor, nor used for what the
+        processor does as well when nobody has tested it, or when it is slower."""
+        for words, said in ("kind=discrete", ""), ("kind=virtual software", ""), \
+                           ("kind=discrete untested", "not conformant"), ("kind=integrated", "slower than the host"):
+            with self.subTest(words=words):
+                _, found = self.results(words, "--force")
+                self.assertEqual(found["engines"][0]["engine"], "vulkan" if words == "kind=discrete" else "host")
+                self.assertIn(said, self.assert_success("devices", **self.on(words)))
+                _, found = self.results(words, "--device", "other", "--force")
+                self.assertEqual(found["engines"][0]["engine"], "vulkan")
+
+    def test_a_device_behind_a_portability_layer(self):
+        _, found = self.results("kind=discrete portability")
+        self.assertEqual(found["engines"][0]["engine"], "vulkan")
+
+    def test_a_workgroup_that_is_no_subgroup(self):
+        lie = "kind=discrete subgroup=64"
+        for _ in "tried", "known":
+            _, found = self.results(lie, "--force")
+            self.assertEqual(found["engines"][0]["engine"], "host")
+        self.assertIn("a subgroup has 64 lanes", self.assert_success("devices", **self.on(lie)))
+        self.refused(lie, ["a subgroup has 64 lanes", "lanes added up"], "--device", "other", "--out", "other")
+
+    def test_a_driver_that_crashes(self):
+        """RADV does, without hardware and for a family that it does not know."""
+        (radeon,) = pathlib.Path("/usr/share/vulkan/icd.d").glob("radeon_icd.*.json")
+        crash = self.cache() | {"RADV_FORCE_FAMILY": "none"}
+        both, alone = (crash | {name: drivers for name in ("VK_DRIVER_FILES", "VK_ICD_FILENAMES")}
+                       for drivers in (f"{radeon}:{os.environ['VK_DRIVER_FILES']}", str(radeon)))
+        scan = "scan", "--database", "db", "--out", "out", "--force"
+        for drivers, device, engine in (both, (), "host"), (both, ("--device", "llvmpipe"), "vulkan"), (alone, (), "host"):
+            for _ in "tried", "known":
+                run = self.run_program(*scan, *device, **drivers)
+                self.assertEqual(run.returncode, 0, run.stderr)
+                self.assertIn(f"{radeon} crashes", run.stderr)
+                self.assertEqual(read_json(self.work / "out" / "summary.json")["engines"][0]["engine"], engine)
+        self.assert_refused(DEVICE, [str(radeon), "crashes", "no other"], *scan, "--device", "0", **alone)
+
+    def test_what_is_kept_may_be_damaged(self):
+        expected, _ = self.results("kind=discrete")
+        kept = self.kept / "merl-scan"
+        files = {path: path.read_bytes() for path in kept.iterdir()}
+        self.assertEqual({path.name.split("-")[0] for path in files}, {"devices.json", "pipelines"})
+        for damage in (lambda whole: b"", lambda whole: whole[:-1], lambda whole: whole[:-1] + b"?",
+                       lambda whole: b"merl-scan cache 2" + whole[17:], lambda whole: b"\0" * (65 << 20)):
+            for path, whole in files.items():
+                path.write_bytes(damage(whole))
+            selection, _ = self.results("kind=discrete", "--force")
+            self.assertEqual(selection, expected)
+            self.assertEqual({path: path.read_bytes() for path in kept.iterdir()}, files)
+
+    def test_nothing_can_be_kept(self):
+        self.kept.write_text("a file")
+        self.results("kind=discrete")
+        self.assertEqual(self.kept.read_text(), "a file")
 
     def test_spheres_are_the_same(self):
         images = {}
