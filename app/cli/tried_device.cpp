@@ -44,6 +44,31 @@ std::filesystem::path known_file() {
     return directory.empty() ? directory : directory / "devices.json";
 }
 
+/// A driver may call its device anything.
+std::string text_of(const nlohmann::json& json) {
+    return json.dump(1, ' ', false, nlohmann::json::error_handler_t::replace);
+}
+
+nlohmann::json json_of(const Trial& trial) {
+    nlohmann::json json = {{"device", trial.device},
+                           {"refusal", trial.refusal},
+                           {"loses_to_host", trial.loses_to_host}};
+    if (trial.tiles) {
+        json["tiles"] = {{"power", trial.tiles->power}, {"square", trial.tiles->square}};
+    }
+    return json;
+}
+
+Trial trial_of(const nlohmann::json& json) {
+    Trial trial = {.device = json.at("device"),
+                   .refusal = json.at("refusal"),
+                   .loses_to_host = json.at("loses_to_host")};
+    if (json.contains("tiles")) {
+        trial.tiles = {.power = json["tiles"].at("power"), .square = json["tiles"].at("square")};
+    }
+    return trial;
+}
+
 Known read_known() {
     constexpr std::uint64_t kMost = std::uint64_t{1} << 20U;
     Known known;
@@ -54,9 +79,7 @@ Known read_known() {
     }
     known.drivers = json.at("drivers");
     for (const auto& trial : json.at("trials")) {
-        known.trials.push_back({.device = trial.at("device"),
-                                .refusal = trial.at("refusal"),
-                                .loses_to_host = trial.at("loses_to_host")});
+        known.trials.push_back(trial_of(trial));
     }
     return known;
 }
@@ -67,13 +90,11 @@ void keep_known(const Known& known) {
     }
     auto trials = nlohmann::json::array();
     for (const auto& trial : known.trials) {
-        trials.push_back({{"device", trial.device},
-                          {"refusal", trial.refusal},
-                          {"loses_to_host", trial.loses_to_host}});
+        trials.push_back(json_of(trial));
     }
     const nlohmann::json json = {
         {"program", pipeline::kVersion}, {"drivers", known.drivers}, {"trials", trials}};
-    keep(known_file(), json.dump(1, ' ', false, nlohmann::json::error_handler_t::replace));
+    keep(known_file(), text_of(json));
 }
 
 /// Runs `work` in a process of its own. Returns whether it came to an end; what it throws there
@@ -168,33 +189,27 @@ void leave_out_crashing(Known& known, bool one_is_needed) {
 /// What comes of trying a device; nothing where it fails in a way that may pass, and that will show
 /// again when it is opened.
 std::optional<Trial> try_once(const DeviceInfo& device, const ContextOptions& options) {
-    const std::string kLoses = "loses";
-    const std::string kUnfit = "unfit ";
-    Trial trial = {.device = device::identity(device)};
+    Trial trial;
     auto this_one = options;
     this_one.device = std::to_string(device.index);
     try {
-        const auto result = ask_guarded("trying it", kTrialSeconds, kAnyMemory, [&] {
+        const auto text = ask_guarded("trying it", kTrialSeconds, kAnyMemory, [&] {
             try {
-                return pipeline::loses_to_host(this_one) ? kLoses : "";
-            } catch (const device::UnfitError& error) {
-                return kUnfit + error.what();
+                return text_of(json_of(pipeline::try_device(this_one)));
             } catch (const Error&) {
                 throw;
             } catch (const std::exception& error) {
                 throw Error(Fault::device, error.what());
             }
         });
-        trial.loses_to_host = result == kLoses;
-        if (result.starts_with(kUnfit)) {
-            trial.refusal = result.substr(kUnfit.size());
-        }
+        trial = trial_of(nlohmann::json::parse(text));
     } catch (const Error& error) {
         if (error.fault() != Fault::input) {
             return std::nullopt;
         }
         trial.refusal = "its driver crashed or did not end when it was tried";
     }
+    trial.device = device::identity(device);
     if (!trial.refusal.empty()) {
         trial.refusal += fmt::format(" (remove {} to try it again)", known_file().string());
     }

@@ -5,8 +5,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
+#include <cstdlib>
+#include <functional>
 #include <limits>
 #include <memory>
+#include <span>
+#include <string>
 #include <vector>
 
 #include "engine/base/error.h"
@@ -56,31 +61,94 @@ void check(device::Context& context) {
     }
 }
 
-/// The time that an engine takes, kernels made: the least of some.
-double seconds_of(engine::Engines& engines, const engine::Database& database) {
+/// The least of some times that a part of the distances of the built-in database takes.
+double least_seconds(engine::Engines& engines, std::span<const Metric* const> metrics,
+                     const std::function<double(const engine::DistanceSeconds&)>& part) {
     constexpr int kTimes = 3;
+    const auto database = engine::make_abc_database({.theta_h = 18, .theta_d = 18, .phi_d = 36});
     double least = std::numeric_limits<double>::infinity();
     for (int i = 0; i < kTimes; ++i) {
-        const auto seconds =
-            engine::compute_distances(engines, database, kinds_of_metrics()).seconds;
-        least = std::min(least, seconds.without_opening() - seconds.kernels);
+        least =
+            std::min(least, part(engine::compute_distances(engines, *database, metrics).seconds));
     }
     return least;
 }
 
-}  // namespace
+/// The side of the largest tiles, one of those around what `sides` has, in which the device takes
+/// least for the difference of a metric.
+std::uint32_t fastest_side(const device::ContextOptions& options, const std::string& identity,
+                           device::TileSides sides, std::uint32_t device::TileSides::*side,
+                           const Metric& metric) {
+    constexpr std::array<std::uint32_t, 7> kSides = {2, 3, 4, 5, 6, 8, 10};
+    const auto* const start = std::ranges::find(kSides, sides.*side);
+    std::uint32_t best = sides.*side;
+    double least = std::numeric_limits<double>::infinity();
+    for (const auto candidate : kSides) {
+        const auto* const at = std::ranges::find(kSides, candidate);
+        if (std::abs(at - start) > 1) {
+            continue;
+        }
+        sides.*side = candidate;
+        auto with_sides = options;
+        with_sides.trials = {{.device = identity, .tiles = sides}};
+        device::Context context(with_sides);
+        engine::Engines engines(context);
+        const Metric* const one[] = {&metric};
+        const double seconds =
+            least_seconds(engines, one, [](const auto& s) { return s.difference; });
+        if (seconds < least) {
+            least = seconds;
+            best = candidate;
+        }
+    }
+    return best;
+}
 
 bool loses_to_host(const device::ContextOptions& options) {
+    const auto without_kernels = [](const engine::DistanceSeconds& seconds) {
+        return seconds.without_opening() - seconds.kernels;
+    };
     device::Context context(options);
-    check(context);
-    // A card of its own need not be asked, and the processor itself has lost.
-    if (context.limits().is_host || context.info().kind == "discrete GPU") {
-        return false;
-    }
-    const auto database = engine::make_abc_database({.theta_h = 24, .theta_d = 24, .phi_d = 48});
     engine::Engines on_device(context);
     engine::Engines on_host({.device = engine::kHost});
-    return seconds_of(on_host, *database) < seconds_of(on_device, *database);
+    const auto metrics = kinds_of_metrics();
+    return least_seconds(on_host, metrics, without_kernels) <
+           least_seconds(on_device, metrics, without_kernels);
+}
+
+/// Opens the device, and holds it to float64.
+device::DeviceInfo checked(const device::ContextOptions& options, bool& measures_time) {
+    device::Context context(options);
+    check(context);
+    measures_time = context.measures_time();
+    return context.info();
+}
+
+}  // namespace
+
+device::Trial try_device(const device::ContextOptions& options) {
+    device::Trial trial;
+    try {
+        bool measures_time = false;
+        const auto info = checked(options, measures_time);
+        trial.device = device::identity(info);
+        const auto [power, square] = kinds_of_metrics();
+        auto with_tiles = options;
+        if (!info.limits.is_host && measures_time) {
+            using Sides = device::TileSides;
+            Sides sides = info.limits.tiles;
+            sides.power = fastest_side(options, trial.device, sides, &Sides::power, *power);
+            sides.square = fastest_side(options, trial.device, sides, &Sides::square, *square);
+            trial.tiles = sides;
+            with_tiles.trials = {trial};
+        }
+        if (!info.limits.is_host && info.kind != "discrete GPU") {
+            trial.loses_to_host = loses_to_host(with_tiles);
+        }
+    } catch (const device::UnfitError& error) {
+        trial.refusal = error.what();
+    }
+    return trial;
 }
 
 }  // namespace merl::pipeline

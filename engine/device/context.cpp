@@ -17,7 +17,6 @@
 namespace merl::device {
 namespace {
 
-constexpr const char* kSubgroupSizeControl = VK_EXT_SUBGROUP_SIZE_CONTROL_EXTENSION_NAME;
 /// Every metric file that was ever edited adds some.
 constexpr std::uint64_t kMostPipelineBytes = std::uint64_t{64} << 20U;
 
@@ -110,22 +109,10 @@ Context::Context(const ContextOptions& options) {
     std::vector<const char*> extensions;
     vk::PhysicalDeviceSubgroupSizeControlFeaturesEXT size_control(true, true);
     vk::DeviceCreateInfo create;
-    if (has_extension(h.physical, kSubgroupSizeControl)) {
-        const auto offered = h.physical
-                                 .getFeatures2<vk::PhysicalDeviceFeatures2,
-                                               vk::PhysicalDeviceSubgroupSizeControlFeatures>()
-                                 .get<vk::PhysicalDeviceSubgroupSizeControlFeatures>();
-        const auto stages = h.physical
-                                .getProperties2<vk::PhysicalDeviceProperties2,
-                                                vk::PhysicalDeviceSubgroupSizeControlProperties>()
-                                .get<vk::PhysicalDeviceSubgroupSizeControlProperties>()
-                                .requiredSubgroupSizeStages;
-        if (offered.subgroupSizeControl && offered.computeFullSubgroups &&
-            (stages & vk::ShaderStageFlagBits::eCompute)) {
-            extensions.push_back(kSubgroupSizeControl);
-            h.subgroup_size_control = true;
-            create.pNext = &size_control;
-        }
+    if (allowed_subgroup_size(h.physical, h.info.limits.subgroup_size)) {
+        extensions.push_back(kSubgroupSizeControl);
+        h.subgroup_size_control = true;
+        create.pNext = &size_control;
     }
     if (has_extension(h.physical, kPortabilitySubset)) {  // then it must be asked for
         extensions.push_back(kPortabilitySubset);
@@ -154,6 +141,9 @@ Context::~Context() {
 
 const DeviceInfo& Context::info() const {
     return handles_->info;
+}
+bool Context::measures_time() const {
+    return handles_->timestamp_seconds > 0;
 }
 std::uint64_t Context::allocated_bytes() const {
     return handles_->allocated;

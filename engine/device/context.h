@@ -46,6 +46,9 @@ class Context {
     const DeviceInfo& info() const;
     const Limits& limits() const { return info().limits; }
 
+    /// Whether the device measures how long its work takes (Submission::seconds).
+    bool measures_time() const;
+
     /// Bytes of Vulkan memory held by all live buffers of this context, and the most ever held.
     std::uint64_t allocated_bytes() const;
     std::uint64_t peak_allocated_bytes() const;

@@ -50,6 +50,29 @@ bool is_software(vk::PhysicalDeviceType kind, vk::DriverId driver) {
            driver == vk::DriverId::eGoogleSwiftshader;
 }
 
+constexpr std::uint32_t kAmd = 0x1002;
+constexpr std::uint32_t kIntel = 0x8086;
+constexpr std::uint32_t kNvidia = 0x10de;
+
+/// Intel's GPUs have half as many registers for a lane where a subgroup has 32.
+constexpr std::uint32_t kIntelLanes = 16;
+
+/// docs/performance.md, "Other devices".
+TileSides tile_sides(std::uint32_t vendor, bool is_host) {
+    if (is_host) {
+        return {.power = 10, .square = 10};
+    }
+    switch (vendor) {
+        case kNvidia:
+            return {.power = 6, .square = 8};
+        case kIntel:
+            return {.power = 3, .square = 4};
+        case kAmd:
+        default:
+            return {.power = 6, .square = 6};
+    }
+}
+
 /// What the limits say of memory.
 void describe_memory(const vk::raii::PhysicalDevice& physical, Limits& limits) {
     const auto memory = physical.getMemoryProperties();
@@ -105,12 +128,16 @@ DeviceInfo describe(const vk::raii::PhysicalDevice& physical, std::uint32_t inde
     info.driver = fmt::format("{} ({})", v12.driverName.data(), v12.driverInfo.data());
     info.is_conformant = v12.conformanceVersion != vk::ConformanceVersion();
     info.limits.is_host = is_software(basic.deviceType, v12.driverID);
+    info.limits.tiles = tile_sides(basic.vendorID, info.limits.is_host);
     info.limits.storage_buffer_bytes = limits.maxStorageBufferRange;
     info.limits.texel_buffer_texels = limits.maxTexelBufferElements;
     info.limits.allocation_bytes = v11.maxMemoryAllocationSize;
     info.limits.groups_x = limits.maxComputeWorkGroupCount[0];
     info.limits.groups_y = limits.maxComputeWorkGroupCount[1];
     info.limits.subgroup_size = v11.subgroupSize;
+    if (basic.vendorID == kIntel && allowed_subgroup_size(physical, kIntelLanes)) {
+        info.limits.subgroup_size = kIntelLanes;
+    }
     describe_memory(physical, info.limits);
     const auto texels = [&](vk::Format format) {
         return (physical.getFormatProperties(format).bufferFeatures &
@@ -150,15 +177,36 @@ bool has_extension(const vk::raii::PhysicalDevice& physical, std::string_view na
                        [&](const auto& e) { return name == e.extensionName.data(); });
 }
 
+bool allowed_subgroup_size(const vk::raii::PhysicalDevice& physical, std::uint32_t lanes) {
+    if (!has_extension(physical, kSubgroupSizeControl)) {
+        return false;
+    }
+    const auto offered = physical
+                             .getFeatures2<vk::PhysicalDeviceFeatures2,
+                                           vk::PhysicalDeviceSubgroupSizeControlFeatures>()
+                             .get<vk::PhysicalDeviceSubgroupSizeControlFeatures>();
+    const auto sizes = physical
+                           .getProperties2<vk::PhysicalDeviceProperties2,
+                                           vk::PhysicalDeviceSubgroupSizeControlProperties>()
+                           .get<vk::PhysicalDeviceSubgroupSizeControlProperties>();
+    return offered.subgroupSizeControl && offered.computeFullSubgroups &&
+           (sizes.requiredSubgroupSizeStages & vk::ShaderStageFlagBits::eCompute) &&
+           sizes.minSubgroupSize <= lanes && lanes <= sizes.maxSubgroupSize;
+}
+
 std::vector<DeviceInfo> describe_all(const std::vector<vk::raii::PhysicalDevice>& physical,
                                      std::span<const Trial> trials) {
     std::vector<DeviceInfo> devices;
     for (std::uint32_t i = 0; i < physical.size(); ++i) {
         auto& device = devices.emplace_back(describe(physical[i], i));
         const Trial* const trial = trial_of(device, trials);
-        if (!device.refusal && trial != nullptr && !trial->refusal.empty()) {
+        if (trial == nullptr) {
+            continue;
+        }
+        if (!device.refusal && !trial->refusal.empty()) {
             device.refusal = trial->refusal;
         }
+        device.limits.tiles = trial->tiles.value_or(device.limits.tiles);
     }
     return devices;
 }

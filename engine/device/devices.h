@@ -11,6 +11,14 @@
 
 namespace merl::device {
 
+/// Materials along the side of the largest tile of pairs that is worth keeping in registers.
+struct TileSides {
+    std::uint32_t power = 10;   // under |d|^(2/3)
+    std::uint32_t square = 10;  // under what is cheaper
+
+    bool operator==(const TileSides&) const = default;
+};
+
 /// What the planner of device work must respect, as the driver reports it.
 struct Limits {
     std::uint64_t storage_buffer_bytes = 0;  // largest range one storage buffer binding may cover
@@ -27,6 +35,7 @@ struct Limits {
     /// and reading without a cache takes longer than copying.
     bool stages_uploads = false;
     bool stages_downloads = false;
+    TileSides tiles = {};  // by what is known of the maker's devices, or measured in a trial
 };
 
 /// One Vulkan device of this machine.
@@ -43,9 +52,10 @@ struct DeviceInfo {
 
 /// What came of trying a device, for those who did.
 struct Trial {
-    std::string device = {};     // the identity() that was tried
-    std::string refusal = {};    // what went wrong; empty when nothing did
-    bool loses_to_host = false;  // the processor without Vulkan is faster
+    std::string device = {};              // the identity() that was tried
+    std::string refusal = {};             // what went wrong; empty when nothing did
+    bool loses_to_host = false;           // the processor without Vulkan is faster
+    std::optional<TileSides> tiles = {};  // in which it was fastest, if that was measured
 
     bool operator==(const Trial&) const = default;
 };

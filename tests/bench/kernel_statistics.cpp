@@ -40,7 +40,7 @@ struct Compiler {
 
 Compiler::Compiler(const std::string& wanted) {
     auto all = device::enumerate(instance);
-    const auto infos = device::describe_all(all);
+    const auto infos = device::describe_all(all, {});
     const auto chosen = device::choose_device(infos, wanted);
     physical = std::move(all[chosen]);
     name = infos[chosen].name;

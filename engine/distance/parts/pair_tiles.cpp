@@ -5,18 +5,21 @@
 
 namespace merl::engine {
 
-PairTiles PairTiles::best(std::uint32_t materials, const Metric& metric) {
-    // Larger ones take a compiler seconds: 20 x 20 six on lavapipe, for a sixth of the difference.
-    constexpr std::uint32_t kLargest = 10;
+PairTiles PairTiles::best(std::uint32_t materials, const Metric& metric,
+                          const device::TileSides& largest) {
     if (!metric.has_bound()) {
         // One pair after the other: the side only cuts the work into workgroups.
-        return covering(materials, kLargest);
+        constexpr std::uint32_t kSide = 10;
+        return covering(materials, kSide);
     }
-    // Measured on lavapipe: what fetching a texel costs, in evaluated pairs of texels.
-    const double fetch = metric.header.degree < 1 ? 1.6 : 9;
+    const bool is_power = metric.header.degree < 1;
+    // What fetching a texel costs, in evaluated pairs of texels. Measured on lavapipe; elsewhere it
+    // is about half as much (docs/performance.md), which makes little difference.
+    const double fetch = is_power ? 1.6 : 9;
     PairTiles best;
     double least = std::numeric_limits<double>::infinity();
-    for (std::uint32_t side = 1; side <= std::min(materials, kLargest); ++side) {
+    for (std::uint32_t side = 1;
+         side <= std::min(materials, is_power ? largest.power : largest.square); ++side) {
         const auto tiles = covering(materials, side);
         const double full = side * side + 2 * side * fetch;
         const double diagonal = side * (side - 1) / 2.0 + side * fetch;

@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "engine/device/devices.h"
 #include "engine/metric/metric.h"
 
 namespace merl::engine {
@@ -13,10 +14,10 @@ struct PairTiles {
     std::uint32_t side = 0;    // materials along one side of a tile
     std::uint32_t across = 0;  // tiles along one side of the matrix
 
-    /// The tiles in which the shaders take least for the difference of a metric. Tiles are unrolled
-    /// in registers, so there is a largest one; the cheaper a pair is beside the fetching of its
-    /// samples, the larger.
-    static PairTiles best(std::uint32_t materials, const Metric& metric);
+    /// The tiles in which the shaders take least for the difference of a metric, on a device with
+    /// these largest ones. The cheaper a pair is beside the fetching of its samples, the larger.
+    static PairTiles best(std::uint32_t materials, const Metric& metric,
+                          const device::TileSides& largest);
 
     /// Tiles of that side for so many materials.
     static PairTiles covering(std::uint32_t materials, std::uint32_t side) {

@@ -40,7 +40,7 @@ class VulkanWork final : public EngineWork {
     VulkanWork(device::Context& context, std::span<const Metric* const> metrics,
                const Extent& extent, const WorkSite& site)
         : context_(context),
-          extent_{extent.materials, extent.slab_blocks},
+          extent_{extent.materials, extent.slab_blocks, context.limits().tiles},
           scratch_(context, extent_, metrics),
           site_(site) {
         Stopwatch watch;

@@ -94,7 +94,7 @@ std::uint64_t most_of(const DeviceExtent& extent, std::span<const Metric* const>
 }  // namespace
 
 std::uint64_t DeviceExtent::grid_bytes(const Metric& metric) const {
-    const auto rows = PairTiles::best(materials, metric).padded_materials();
+    const auto rows = tiles_of(metric).padded_materials();
     return std::uint64_t{slab_blocks} * rows * metric.block_texels() * kTexelBytes;
 }
 
@@ -103,18 +103,18 @@ std::uint64_t DeviceExtent::ranges_bytes(const Metric& metric) const {
 }
 
 std::uint64_t DeviceExtent::norms_bytes(const Metric& metric) const {
-    const auto rows = PairTiles::best(materials, metric).padded_materials();
+    const auto rows = tiles_of(metric).padded_materials();
     return metric.has_norms() ? std::uint64_t{slab_blocks} * rows * sizeof(float) : 0;
 }
 
 std::uint64_t DeviceExtent::sums_bytes(const Metric& metric) const {
-    const auto tiles = PairTiles::best(materials, metric);
-    return std::uint64_t{slab_blocks} * tiles.count() * tiles.pairs_of_tile() * sizeof(float);
+    const auto cut = tiles_of(metric);
+    return std::uint64_t{slab_blocks} * cut.count() * cut.pairs_of_tile() * sizeof(float);
 }
 
 EngineNeeds device_needs(const device::Limits& limits, std::span<const Metric* const> metrics,
                          std::uint32_t materials) {
-    const DeviceExtent block = {.materials = materials, .slab_blocks = 1};
+    const DeviceExtent block = {.materials = materials, .slab_blocks = 1, .tiles = limits.tiles};
     EngineNeeds needs = {.cached = limits.is_host};
     std::uint64_t largest = std::max(block.samples_bytes(), block.geometry_bytes());  // buffer
     std::uint64_t grid = 0;
@@ -122,7 +122,7 @@ EngineNeeds device_needs(const device::Limits& limits, std::span<const Metric* c
     const std::uint64_t up = block.samples_bytes() + block.geometry_bytes();  // a slab in flight
     std::uint64_t down = 0;
     for (const auto* metric : metrics) {
-        const auto tiles = PairTiles::best(materials, *metric);
+        const auto tiles = block.tiles_of(*metric);
         const auto groups =
             std::uint64_t{tiles.count()} * (metric->has_row_groups() ? tiles.side : 1);
         if (groups > limits.groups_x || tiles.padded_materials() > limits.groups_y) {
@@ -194,7 +194,7 @@ VulkanMetric::VulkanMetric(Context& context, const DeviceExtent& extent, const M
                            std::uint64_t grid_voxels, const MetricKernels& spirv)
     : metric_(&metric),
       extent_(extent),
-      tiles_(PairTiles::best(extent.materials, metric)),
+      tiles_(extent.tiles_of(metric)),
       totals_(metric, extent.materials, tiles_, grid_voxels, kRoundings) {
     // Drivers take longer than anything else here, and use one thread for a kernel.
     tbb::parallel_invoke(

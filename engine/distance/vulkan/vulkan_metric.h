@@ -21,6 +21,11 @@ namespace merl::engine {
 struct DeviceExtent {
     std::uint32_t materials = 0;
     std::uint32_t slab_blocks = 0;
+    device::TileSides tiles = {};  // of the device
+
+    PairTiles tiles_of(const Metric& metric) const {
+        return PairTiles::best(materials, metric, tiles);
+    }
 
     std::uint64_t slab_voxels() const { return std::uint64_t{slab_blocks} * kBlockVoxels; }
 

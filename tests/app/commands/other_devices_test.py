@@ -17,12 +17,22 @@ class OtherDevices(Case):
     def setUp(self):
         super().setUp()
         write_database(self.work / "db", 12, GRID)
-        kept = tempfile.TemporaryDirectory()
-        self.addCleanup(kept.cleanup)
-        self.kept = pathlib.Path(kept.name) / "cache"
+        self.kept = self.known  # what came of trying devices in other tests
+
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        cls.known = cls.new_cache()
+
+    @classmethod
+    def new_cache(cls):
+        """A directory in which nothing is known of any device."""
+        directory = tempfile.TemporaryDirectory()
+        cls.addClassCleanup(directory.cleanup)
+        return pathlib.Path(directory.name) / "cache"
 
     def cache(self):
-        """The environment in which nothing is known of any device; what Mesa has compiled is kept."""
+        """The environment of the cache; what Mesa has compiled is kept elsewhere, for all of them."""
         shared = os.environ.get("XDG_CACHE_HOME", os.path.expanduser("~/.cache"))
         return {"XDG_CACHE_HOME": str(self.kept), "MESA_SHADER_CACHE_DIR": shared}
 
@@ -102,6 +112,7 @@ class OtherDevices(Case):
     def test_what_a_driver_says_of_itself(self):
         """It is not believed that it is fast when it computes on the processor, nor used for what the
         processor does as well when nobody has tested it, or when it is slower."""
+        self.kept = self.new_cache()
         for words, said in ("kind=discrete", ""), ("kind=virtual software", ""), \
                            ("kind=discrete untested", "not conformant"), ("kind=integrated", "slower than the host"):
             with self.subTest(words=words):
@@ -116,6 +127,7 @@ class OtherDevices(Case):
         self.assertEqual(found["engines"][0]["engine"], "vulkan")
 
     def test_a_workgroup_that_is_no_subgroup(self):
+        self.kept = self.new_cache()
         lie = "kind=discrete subgroup=64"
         for _ in "tried", "known":
             _, found = self.results(lie, "--force")
@@ -125,6 +137,7 @@ class OtherDevices(Case):
 
     def test_a_driver_that_crashes(self):
         """RADV does, without hardware and for a family that it does not know."""
+        self.kept = self.new_cache()
         (radeon,) = pathlib.Path("/usr/share/vulkan/icd.d").glob("radeon_icd.*.json")
         crash = self.cache() | {"RADV_FORCE_FAMILY": "none"}
         both, alone = (crash | {name: drivers for name in ("VK_DRIVER_FILES", "VK_ICD_FILENAMES")}
@@ -139,6 +152,7 @@ class OtherDevices(Case):
         self.assert_refused(DEVICE, [str(radeon), "crashes", "no other"], *scan, "--device", "0", **alone)
 
     def test_what_is_kept_may_be_damaged(self):
+        self.kept = self.new_cache()
         expected, _ = self.results("kind=discrete")
         kept = self.kept / "merl-scan"
         files = {path: path.read_bytes() for path in kept.iterdir()}
@@ -152,6 +166,7 @@ class OtherDevices(Case):
             self.assertEqual({path: path.read_bytes() for path in kept.iterdir()}, files)
 
     def test_nothing_can_be_kept(self):
+        self.kept = self.new_cache()
         self.kept.write_text("a file")
         self.results("kind=discrete")
         self.assertEqual(self.kept.read_text(), "a file")

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <set>
 
 namespace merl::engine {
@@ -25,6 +26,19 @@ TEST(PairTiles, EveryPairHasOnePlace) {
         EXPECT_EQ(places.size(), n * (n - 1) / 2);
         EXPECT_LT(*places.rbegin(), tiles.count() * tiles.pairs_of_tile());
     }
+}
+
+TEST(PairTiles, AreNotLargerThanADeviceCanKeep) {
+    const auto& power = find_metric("cwcbrt");
+    const auto& square = find_metric("pawcielab");
+    for (const std::uint32_t materials : {2U, 7U, 100U, 1000U}) {
+        for (const std::uint32_t side : {1U, 3U, 6U, 10U}) {
+            const auto most = std::min(side, materials);
+            EXPECT_LE(PairTiles::best(materials, power, {.power = side, .square = 10}).side, most);
+            EXPECT_LE(PairTiles::best(materials, square, {.power = 10, .square = side}).side, most);
+        }
+    }
+    EXPECT_EQ(PairTiles::best(100, square, {.power = 10, .square = 10}).side, 10U);
 }
 
 }  // namespace
