@@ -30,6 +30,8 @@ struct Context::Handles {
     std::uint64_t timestamp_mask = 0;    // the bits of a timestamp that count
     DeviceInfo info;
 
+    bool hangs = false;  // it did not end work in time: nothing waits for it any more
+
     std::uint64_t allocated = 0;
     std::uint64_t peak_allocated = 0;
 

@@ -9,7 +9,8 @@
 namespace merl::device {
 namespace {
 
-constexpr std::uint64_t kWaitNanoseconds = 3'600'000'000'000;  // an hour: longer means a hang
+constexpr std::uint64_t kStepNanoseconds = 100'000'000;  // soon enough for who presses Ctrl-C
+constexpr std::uint64_t kPatienceNanoseconds = 10'000'000'000;
 
 using Access = vk::AccessFlagBits;
 using Stage = vk::PipelineStageFlagBits;
@@ -51,10 +52,15 @@ Submission::Submission(Context& context, std::uint32_t most_marks)
 
 Submission::~Submission() {
     if (handles_ && handles_->running) {
+        // Its buffers go next, so it should end first. Where the device is lost, or does not end,
+        // there is nobody left to tell; and after one submission that does not, none will.
+        auto& c = *handles_->context;
         try {
-            wait();
+            c.hangs =
+                c.hangs || c.device.waitForFences(*handles_->fence, true, kPatienceNanoseconds) !=
+                               vk::Result::eSuccess;
         } catch (const std::exception&) {
-            // The work is lost with the device; there is nobody left to tell.
+            c.hangs = true;
         }
     }
 }
@@ -148,18 +154,16 @@ void Submission::submit() {
     h.running = true;
 }
 
-void Submission::wait() {
+void Submission::wait(const std::function<void()>& meanwhile) {
     auto& h = *handles_;
-    if (!h.running) {
-        return;
-    }
-    h.running = false;
-    const auto result = guarded("waiting for the device", [&] {
-        return h.context->device.waitForFences(*h.fence, true, kWaitNanoseconds);
-    });
-    if (result != vk::Result::eSuccess) {
-        throw Error(Fault::device,
-                    fmt::format("{} did not finish its work within an hour", h.context->info.name));
+    while (h.running) {
+        const auto result = guarded("waiting for the device", [&] {
+            return h.context->device.waitForFences(*h.fence, true, kStepNanoseconds);
+        });
+        h.running = result != vk::Result::eSuccess;
+        if (h.running && meanwhile) {
+            meanwhile();
+        }
     }
 }
 

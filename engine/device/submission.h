@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <span>
 #include <vector>
@@ -20,6 +21,8 @@ class Submission {
   public:
     /// `most_marks` is how often mark() may be called.
     explicit Submission(Context& context, std::uint32_t most_marks = 2);
+    /// Waits for work that is still running, but not for ever: a device that has not ended after
+    /// ten seconds is left alone.
     ~Submission();
     Submission(Submission&&) noexcept;
     Submission& operator=(Submission&&) noexcept;
@@ -43,9 +46,10 @@ class Submission {
 
     void submit();
 
-    /// Waits for the work to end. Throws Error (device) when the device is lost, or when it has
-    /// not ended after an hour. Does nothing when nothing was submitted.
-    void wait();
+    /// Waits for the work to end, however long that takes, and calls `meanwhile` about ten times a
+    /// second until then; what it throws ends the waiting, not the work. Throws Error (device) when
+    /// the device is lost. Does nothing when nothing was submitted.
+    void wait(const std::function<void()>& meanwhile = {});
 
     /// Device seconds between successive marks of the finished work; zeros without timestamps.
     std::vector<double> seconds() const;

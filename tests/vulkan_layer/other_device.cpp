@@ -13,8 +13,10 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <ctime>
 #include <map>
 #include <mutex>
+#include <set>
 #include <span>
 #include <sstream>
 #include <string>
@@ -32,6 +34,7 @@ struct Settings {
     std::uint64_t bar = 0;              // bar=MIB of that can be mapped; needs heap
     std::uint64_t fail_allocation = 0;  // fail-allocation=N: the Nth fails, and all after it
     std::uint64_t lose_at = 0;          // lose-at=N: the Nth submission finds the device lost
+    std::uint64_t hang_at = 0;          // hang-at=N: the Nth submission and all after it never end
     std::uint64_t timestamp_bits = 64;  // timestamp-bits=N
     std::uint64_t groups = 0;           // groups=N: the most workgroups along x and y
     std::uint64_t storage_buffer = 0;   // storage-buffer=MIB: the largest
@@ -59,6 +62,7 @@ Settings read_settings() {
         {"bar", &Settings::bar},
         {"fail-allocation", &Settings::fail_allocation},
         {"lose-at", &Settings::lose_at},
+        {"hang-at", &Settings::hang_at},
         {"timestamp-bits", &Settings::timestamp_bits},
         {"groups", &Settings::groups},
         {"storage-buffer", &Settings::storage_buffer}};
@@ -128,6 +132,7 @@ std::map<VkDeviceMemory, Memory> memories;
 std::map<std::uint32_t, std::uint64_t> used;  // bytes of each heap
 std::uint64_t allocations = 0;
 std::uint64_t submissions = 0;
+std::set<VkFence> hung;  // of submissions that never end
 
 template <typename Handle>
 void* key(Handle handle) {
@@ -449,8 +454,30 @@ VKAPI_ATTR VkResult VKAPI_CALL submit(VkQueue queue, std::uint32_t count, const 
         if (settings().lose_at > 0 && submissions >= settings().lose_at) {
             return VK_ERROR_DEVICE_LOST;
         }
+        if (settings().hang_at > 0 && submissions >= settings().hang_at) {
+            hung.insert(fence);
+            return VK_SUCCESS;
+        }
     }
     return BELOW_DEVICE(queue, vkQueueSubmit)(queue, count, infos, fence);
+}
+
+/// For what never ends a wait takes as long as was asked, but no more than a tenth of a second, so
+/// that a test need not be patient.
+VKAPI_ATTR VkResult VKAPI_CALL wait_for_fences(VkDevice device, std::uint32_t count,
+                                               const VkFence* fences, VkBool32 all,
+                                               std::uint64_t timeout) {
+    bool ends = true;
+    {
+        const std::lock_guard guard(lock);
+        ends = std::none_of(fences, fences + count, [](VkFence f) { return hung.contains(f); });
+    }
+    if (ends) {
+        return BELOW_DEVICE(device, vkWaitForFences)(device, count, fences, all, timeout);
+    }
+    const timespec span = {0, static_cast<long>(std::min<std::uint64_t>(timeout, 100'000'000))};
+    ::nanosleep(&span, nullptr);
+    return VK_TIMEOUT;
 }
 
 VKAPI_ATTR VkResult VKAPI_CALL get_results(VkDevice device, VkQueryPool pool, std::uint32_t first,
@@ -503,6 +530,7 @@ const std::map<std::string_view, PFN_vkVoidFunction> own_functions = {
     {"vkFreeMemory", as_function(free_memory)},
     {"vkMapMemory", as_function(map_memory)},
     {"vkQueueSubmit", as_function(submit)},
+    {"vkWaitForFences", as_function(wait_for_fences)},
     {"vkGetQueryPoolResults", as_function(get_results)}};
 
 PFN_vkVoidFunction own_function(std::string_view name) {

@@ -108,7 +108,7 @@ class VulkanWork final : public EngineWork {
             return;
         }
         Stopwatch watch;
-        slot.submission.wait();
+        slot.submission.wait(site_.meanwhile);
         site_.seconds.waiting += watch.lap();
         const auto device = slot.submission.seconds();
         for (std::size_t m = 0; m < metrics_.size(); ++m) {

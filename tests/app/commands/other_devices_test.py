@@ -2,6 +2,7 @@
 (tests/vulkan_layer)."""
 
 import os
+import signal
 
 import support
 from support import DEVICE, Case, read_json, tree, write_database
@@ -79,6 +80,17 @@ class OtherDevices(Case):
                     self.refused(f"{device} lose-at={nth}", ["lost", "--device host"], "--force",
                                  "--memory", "4M")
                     self.assertEqual(tree(self.work), before)  # what was finished stays
+
+    def test_a_device_that_hangs(self):
+        """Ctrl-C ends the program, which waits for work that never ends."""
+        before = tree(self.work)
+        with support.Running(self, "scan", "--database", "db", "--out", "out",
+                             **self.on("kind=discrete hang-at=1")) as running:
+            running.wait_for_partial()
+            running.wait_for(lambda: running.seconds() > 1.5)  # so that it waits by then
+            errors = running.stop(signal.SIGINT)
+        self.assertIn("nothing was written", self.only_line(errors))
+        self.assertEqual(tree(self.work), before)
 
     def test_no_float64(self):
         device = "kind=discrete no-float64"
