@@ -19,7 +19,8 @@ using Stage = vk::PipelineStageFlagBits;
 
 struct Submission::Handles {
     Context::Handles* context = nullptr;
-    vk::raii::CommandBuffer commands = nullptr;
+    std::vector<vk::raii::CommandBuffer> parts;  // each for a submit of its own
+    std::size_t used = 0;                        // of them, by what is recorded
     vk::raii::Fence fence = nullptr;
     vk::raii::QueryPool queries = nullptr;
     std::uint32_t most_marks = 0;
@@ -27,9 +28,23 @@ struct Submission::Handles {
     bool recording = false;
     bool running = false;
 
+    const vk::raii::CommandBuffer& commands() const { return parts[used - 1]; }
+
+    void begin_part() {
+        if (used == parts.size()) {
+            parts.push_back(std::move(
+                vk::raii::CommandBuffers(context->device,
+                                         {*context->pool, vk::CommandBufferLevel::ePrimary, 1})
+                    .front()));
+        }
+        parts[used].reset();
+        parts[used].begin(vk::CommandBufferBeginInfo());
+        ++used;
+    }
+
     void barrier(vk::PipelineStageFlags from, vk::AccessFlags written, vk::PipelineStageFlags to,
                  vk::AccessFlags read) const {
-        commands.pipelineBarrier(from, to, {}, vk::MemoryBarrier(written, read), {}, {});
+        commands().pipelineBarrier(from, to, {}, vk::MemoryBarrier(written, read), {}, {});
     }
 };
 
@@ -39,10 +54,7 @@ Submission::Submission(Context& context, std::uint32_t most_marks)
     h.most_marks = most_marks;
     h.context = &context.handles();
     auto& c = *h.context;
-    guarded("creating a command buffer", [&] {
-        h.commands = std::move(
-            vk::raii::CommandBuffers(c.device, {*c.pool, vk::CommandBufferLevel::ePrimary, 1})
-                .front());
+    guarded("creating a fence and timestamps", [&] {
         h.fence = {c.device, vk::FenceCreateInfo()};
         if (c.timestamp_seconds > 0) {
             h.queries = {c.device, {{}, vk::QueryType::eTimestamp, most_marks}};
@@ -69,10 +81,10 @@ Submission& Submission::operator=(Submission&&) noexcept = default;
 
 void Submission::begin() {
     auto& h = *handles_;
-    h.commands.reset();
-    h.commands.begin(vk::CommandBufferBeginInfo());
+    h.used = 0;
+    guarded("recording commands", [&] { h.begin_part(); });
     if (*h.queries) {
-        h.commands.resetQueryPool(*h.queries, 0, h.most_marks);
+        h.commands().resetQueryPool(*h.queries, 0, h.most_marks);
     }
     // The shared buffers may still be read or written by the submission before this one.
     h.barrier(
@@ -89,17 +101,32 @@ void Submission::upload(const Buffer& buffer, std::uint64_t bytes) {
     auto& h = *handles_;
     const auto& b = buffer.handles();
     if (b.staging) {
-        h.commands.copyBuffer(*b.staging->buffer, *b.device->buffer, vk::BufferCopy(0, 0, bytes));
+        h.commands().copyBuffer(*b.staging->buffer, *b.device->buffer, vk::BufferCopy(0, 0, bytes));
         h.barrier(Stage::eTransfer, Access::eTransferWrite, Stage::eComputeShader,
                   Access::eShaderRead);
     }  // mapped coherent memory: submitting makes the host's writes visible
 }
 
+void Submission::split() {
+    auto& h = *handles_;
+    guarded("recording commands", [&] {
+        h.commands().end();
+        h.begin_part();
+    });
+}
+
 void Submission::dispatch(const BoundKernel& kernel, std::span<const std::byte> push,
                           std::uint32_t groups_x, std::uint32_t groups_y) {
+    dispatch(kernel, push, {.groups_x = groups_x, .groups_y = groups_y});
+}
+
+void Submission::dispatch(const BoundKernel& kernel, std::span<const std::byte> push,
+                          const GroupRange& range) {
     auto& h = *handles_;
     const auto& k = *kernel.handles().kernel;
     const auto& limits = h.context->info.limits;
+    const auto groups_x = std::uint64_t{range.first_x} + range.groups_x;
+    const auto groups_y = std::uint64_t{range.first_y} + range.groups_y;
     if (groups_x > limits.groups_x || groups_y > limits.groups_y || push.size() != k.push_bytes) {
         throw std::logic_error(fmt::format(
             "kernel \"{}\": {} × {} workgroups and {} push bytes were planned; the device "
@@ -107,13 +134,14 @@ void Submission::dispatch(const BoundKernel& kernel, std::span<const std::byte> 
             k.name, groups_x, groups_y, push.size(), limits.groups_x, limits.groups_y,
             k.push_bytes));
     }
-    h.commands.bindPipeline(vk::PipelineBindPoint::eCompute, *k.pipeline);
-    h.commands.bindDescriptorSets(vk::PipelineBindPoint::eCompute, *k.layout, 0,
-                                  *kernel.handles().set, {});
+    const auto& commands = h.commands();
+    commands.bindPipeline(vk::PipelineBindPoint::eCompute, *k.pipeline);
+    commands.bindDescriptorSets(vk::PipelineBindPoint::eCompute, *k.layout, 0,
+                                *kernel.handles().set, {});
     if (!push.empty()) {
-        h.commands.pushConstants<std::byte>(*k.layout, vk::ShaderStageFlagBits::eCompute, 0, push);
+        commands.pushConstants<std::byte>(*k.layout, vk::ShaderStageFlagBits::eCompute, 0, push);
     }
-    h.commands.dispatch(groups_x, groups_y, 1);
+    commands.dispatchBase(range.first_x, range.first_y, 0, range.groups_x, range.groups_y, 1);
     h.barrier(Stage::eComputeShader, Access::eShaderRead | Access::eShaderWrite,
               Stage::eComputeShader | Stage::eTransfer,
               Access::eShaderRead | Access::eShaderWrite | Access::eTransferRead);
@@ -123,7 +151,7 @@ void Submission::download(const Buffer& buffer, std::uint64_t bytes) {
     auto& h = *handles_;
     const auto& b = buffer.handles();
     if (b.staging) {
-        h.commands.copyBuffer(*b.device->buffer, *b.staging->buffer, vk::BufferCopy(0, 0, bytes));
+        h.commands().copyBuffer(*b.device->buffer, *b.staging->buffer, vk::BufferCopy(0, 0, bytes));
         h.barrier(Stage::eTransfer, Access::eTransferWrite, Stage::eHost, Access::eHostRead);
     } else {
         h.barrier(Stage::eComputeShader, Access::eShaderWrite, Stage::eHost, Access::eHostRead);
@@ -136,7 +164,7 @@ void Submission::mark() {
         throw std::logic_error(fmt::format("more than {} marks in a submission", h.most_marks));
     }
     if (*h.queries) {
-        h.commands.writeTimestamp(Stage::eBottomOfPipe, *h.queries, h.marks);
+        h.commands().writeTimestamp(Stage::eBottomOfPipe, *h.queries, h.marks);
     }
     ++h.marks;
 }
@@ -145,11 +173,14 @@ void Submission::submit() {
     auto& h = *handles_;
     guarded("submitting work", [&] {
         if (h.recording) {
-            h.commands.end();
+            h.commands().end();
             h.recording = false;
         }
         h.context->device.resetFences(*h.fence);
-        h.context->queue.submit(vk::SubmitInfo({}, {}, *h.commands), *h.fence);
+        for (std::size_t i = 0; i < h.used; ++i) {
+            h.context->queue.submit(vk::SubmitInfo({}, {}, *h.parts[i]),
+                                    i + 1 == h.used ? *h.fence : vk::Fence());
+        }
     });
     h.running = true;
 }

@@ -13,6 +13,14 @@
 
 namespace merl::device {
 
+/// Some of the workgroups of a dispatch.
+struct GroupRange {
+    std::uint32_t first_x = 0;
+    std::uint32_t first_y = 0;
+    std::uint32_t groups_x = 0;
+    std::uint32_t groups_y = 0;
+};
+
 /// A list of device commands, recorded once and submitted as often as wanted.
 ///
 /// Commands run in order: each sees all that the ones before it wrote. After wait() the host sees
@@ -36,6 +44,15 @@ class Submission {
     /// Runs groups_x × groups_y workgroups. Throws std::logic_error beyond the device's limits.
     void dispatch(const BoundKernel& kernel, std::span<const std::byte> push,
                   std::uint32_t groups_x, std::uint32_t groups_y);
+
+    /// Runs a range of them; gl_WorkGroupID and gl_GlobalInvocationID are as in the whole, but
+    /// gl_NumWorkGroups is that of the range.
+    void dispatch(const BoundKernel& kernel, std::span<const std::byte> push,
+                  const GroupRange& range);
+
+    /// What is recorded from here on is handed to the device apart, after what was before. The
+    /// order of commands stays; a watchdog sees several pieces of work instead of one.
+    void split();
 
     /// Makes the first `bytes` of `buffer` visible in its host view once wait() returns.
     void download(const Buffer& buffer, std::uint64_t bytes);

@@ -37,6 +37,7 @@ struct Settings {
     std::uint64_t hang_at = 0;          // hang-at=N: the Nth submission and all after it never end
     std::uint64_t timestamp_bits = 64;  // timestamp-bits=N
     std::uint64_t groups = 0;           // groups=N: the most workgroups along x and y
+    std::uint64_t groups_at_once = 0;   // groups-at-once=N: a submission of more loses the device
     std::uint64_t storage_buffer = 0;   // storage-buffer=MIB: the largest
     bool no_usable_memory = false;      // no-usable-memory: none that can be mapped
     bool no_float64 = false;            // no-float64
@@ -65,6 +66,7 @@ Settings read_settings() {
         {"hang-at", &Settings::hang_at},
         {"timestamp-bits", &Settings::timestamp_bits},
         {"groups", &Settings::groups},
+        {"groups-at-once", &Settings::groups_at_once},
         {"storage-buffer", &Settings::storage_buffer}};
     const std::map<std::string, bool Settings::*> switches = {
         {"no-usable-memory", &Settings::no_usable_memory}, {"no-float64", &Settings::no_float64}};
@@ -132,7 +134,8 @@ std::map<VkDeviceMemory, Memory> memories;
 std::map<std::uint32_t, std::uint64_t> used;  // bytes of each heap
 std::uint64_t allocations = 0;
 std::uint64_t submissions = 0;
-std::set<VkFence> hung;  // of submissions that never end
+std::map<VkCommandBuffer, std::uint64_t> groups;  // that each dispatches
+std::set<VkFence> hung;                           // of submissions that never end
 
 template <typename Handle>
 void* key(Handle handle) {
@@ -446,12 +449,51 @@ VKAPI_ATTR VkResult VKAPI_CALL map_memory(VkDevice device, VkDeviceMemory memory
     return BELOW_DEVICE(device, vkMapMemory)(device, memory, offset, size, flags, data);
 }
 
+VKAPI_ATTR VkResult VKAPI_CALL begin_commands(VkCommandBuffer commands,
+                                              const VkCommandBufferBeginInfo* info) {
+    {
+        const std::lock_guard guard(lock);
+        groups[commands] = 0;
+    }
+    return BELOW_DEVICE(commands, vkBeginCommandBuffer)(commands, info);
+}
+
+void count_groups(VkCommandBuffer commands, std::uint64_t x, std::uint64_t y, std::uint64_t z) {
+    const std::lock_guard guard(lock);
+    groups[commands] += x * y * z;
+}
+
+VKAPI_ATTR void VKAPI_CALL dispatch(VkCommandBuffer commands, std::uint32_t x, std::uint32_t y,
+                                    std::uint32_t z) {
+    count_groups(commands, x, y, z);
+    BELOW_DEVICE(commands, vkCmdDispatch)(commands, x, y, z);
+}
+
+VKAPI_ATTR void VKAPI_CALL dispatch_base(VkCommandBuffer commands, std::uint32_t first_x,
+                                         std::uint32_t first_y, std::uint32_t first_z,
+                                         std::uint32_t x, std::uint32_t y, std::uint32_t z) {
+    count_groups(commands, x, y, z);
+    BELOW_DEVICE(commands, vkCmdDispatchBase)(commands, first_x, first_y, first_z, x, y, z);
+}
+
+/// Whether a submission would take a watchdog too long.
+bool is_too_much(std::span<const VkSubmitInfo> infos) {
+    std::uint64_t all = 0;
+    for (const auto& info : infos) {
+        for (std::uint32_t i = 0; i < info.commandBufferCount; ++i) {
+            all += groups[info.pCommandBuffers[i]];
+        }
+    }
+    return settings().groups_at_once > 0 && all > settings().groups_at_once;
+}
+
 VKAPI_ATTR VkResult VKAPI_CALL submit(VkQueue queue, std::uint32_t count, const VkSubmitInfo* infos,
                                       VkFence fence) {
     {
         const std::lock_guard guard(lock);
         ++submissions;
-        if (settings().lose_at > 0 && submissions >= settings().lose_at) {
+        if ((settings().lose_at > 0 && submissions >= settings().lose_at) ||
+            is_too_much({infos, count})) {
             return VK_ERROR_DEVICE_LOST;
         }
         if (settings().hang_at > 0 && submissions >= settings().hang_at) {
@@ -529,6 +571,9 @@ const std::map<std::string_view, PFN_vkVoidFunction> own_functions = {
     {"vkAllocateMemory", as_function(allocate)},
     {"vkFreeMemory", as_function(free_memory)},
     {"vkMapMemory", as_function(map_memory)},
+    {"vkBeginCommandBuffer", as_function(begin_commands)},
+    {"vkCmdDispatch", as_function(dispatch)},
+    {"vkCmdDispatchBase", as_function(dispatch_base)},
     {"vkQueueSubmit", as_function(submit)},
     {"vkWaitForFences", as_function(wait_for_fences)},
     {"vkGetQueryPoolResults", as_function(get_results)}};

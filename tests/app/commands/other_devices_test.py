@@ -2,6 +2,7 @@
 (tests/vulkan_layer)."""
 
 import os
+import random
 import signal
 
 import support
@@ -9,6 +10,15 @@ from support import DEVICE, Case, read_json, tree, write_database
 
 LAYERS = os.pathsep.join([os.environ["OTHER_DEVICE_LAYERS"], "/usr/share/vulkan/explicit_layer.d"])
 GRID = (18, 12, 24)
+MINE = """// title: Mine
+// degree: 2
+
+vec3 transform(vec3 f, Voxel v) { return f; }
+
+float weight(Voxel v) { return v.cos_theta_i; }
+
+float difference(float d) { return d * d; }
+"""
 CARD = "kind=discrete heap=4096 bar=256"  # MiB, without resizable BAR
 
 
@@ -80,6 +90,27 @@ class OtherDevices(Case):
                     self.refused(f"{device} lose-at={nth}", ["lost", "--device host"], "--force",
                                  "--memory", "4M")
                     self.assertEqual(tree(self.work), before)  # what was finished stays
+
+    def test_work_is_handed_over_in_pieces(self):
+        """Too much at once is what watchdogs end, and no digit depends on how work is cut. Without
+        timestamps the program stays with what it takes for safe at first."""
+        grid = (18, 24, 48)
+        some = support.samples(1, grid)
+        numbers = random.Random(1)
+        write_database(self.work / "larger", {
+            f"m{i:02}": [x * numbers.uniform(0.5, 1.5) for x in some] for i in range(80)}, grid)
+        (self.work / "mine.glsl").write_text(MINE)
+        limit = "timestamp-bits=0 groups-at-once={}"
+        for metrics in "cwcbrt,paw-ciede2000", "rmse,mine.glsl":
+            options = ("--database", "larger", "--metrics", metrics, "--device", "0", "--fast", "--force",
+                       "--disagreements", "0")
+            tables = []
+            for device in "kind=discrete", "kind=integrated " + limit.format(1000):
+                self.results(device, *options)
+                tables.append([(self.work / "out" / name).read_bytes() for name in ("pairs.csv", "selection.csv")])
+            self.assertEqual(*tables)
+            # A processor has no watchdog, and nothing is cut for it.
+            self.assert_refused(DEVICE, ["lost"], "scan", *options, **self.on(limit.format(4000)))
 
     def test_a_device_that_hangs(self):
         """Ctrl-C ends the program, which waits for work that never ends."""
