@@ -21,6 +21,9 @@ struct Submission::Handles {
     Context::Handles* context = nullptr;
     std::vector<vk::raii::CommandBuffer> parts;  // each for a submit of its own
     std::size_t used = 0;                        // of them, by what is recorded
+    // What of the uploads and downloads is in memory that is not coherent.
+    std::vector<vk::MappedMemoryRange> to_flush;
+    std::vector<vk::MappedMemoryRange> to_invalidate;
     vk::raii::Fence fence = nullptr;
     vk::raii::QueryPool queries = nullptr;
     std::uint32_t most_marks = 0;
@@ -82,6 +85,8 @@ Submission& Submission::operator=(Submission&&) noexcept = default;
 void Submission::begin() {
     auto& h = *handles_;
     h.used = 0;
+    h.to_flush.clear();
+    h.to_invalidate.clear();
     guarded("recording commands", [&] { h.begin_part(); });
     if (*h.queries) {
         h.commands().resetQueryPool(*h.queries, 0, h.most_marks);
@@ -104,7 +109,10 @@ void Submission::upload(const Buffer& buffer, std::uint64_t bytes) {
         h.commands().copyBuffer(*b.staging->buffer, *b.device->buffer, vk::BufferCopy(0, 0, bytes));
         h.barrier(Stage::eTransfer, Access::eTransferWrite, Stage::eComputeShader,
                   Access::eShaderRead);
-    }  // mapped coherent memory: submitting makes the host's writes visible
+    }  // else submitting makes visible what the host wrote
+    if (const auto range = b.host().incoherent()) {
+        h.to_flush.push_back(*range);
+    }
 }
 
 void Submission::split() {
@@ -156,6 +164,9 @@ void Submission::download(const Buffer& buffer, std::uint64_t bytes) {
     } else {
         h.barrier(Stage::eComputeShader, Access::eShaderWrite, Stage::eHost, Access::eHostRead);
     }
+    if (const auto range = b.host().incoherent()) {
+        h.to_invalidate.push_back(*range);
+    }
 }
 
 void Submission::mark() {
@@ -176,6 +187,9 @@ void Submission::submit() {
             h.commands().end();
             h.recording = false;
         }
+        if (!h.to_flush.empty()) {
+            h.context->device.flushMappedMemoryRanges(h.to_flush);
+        }
         h.context->device.resetFences(*h.fence);
         for (std::size_t i = 0; i < h.used; ++i) {
             h.context->queue.submit(vk::SubmitInfo({}, {}, *h.parts[i]),
@@ -192,6 +206,10 @@ void Submission::wait(const std::function<void()>& meanwhile) {
             return h.context->device.waitForFences(*h.fence, true, kStepNanoseconds);
         });
         h.running = result != vk::Result::eSuccess;
+        if (!h.running && !h.to_invalidate.empty()) {
+            guarded("reading the device's memory",
+                    [&] { h.context->device.invalidateMappedMemoryRanges(h.to_invalidate); });
+        }
         if (h.running && meanwhile) {
             meanwhile();
         }

@@ -26,6 +26,7 @@
 namespace {
 
 constexpr const char* kName = "VK_LAYER_MERL_SCAN_other_device";
+constexpr char kNeverWritten = '\xa5';
 constexpr std::uint64_t kMebibyte = std::uint64_t{1} << 20U;
 
 struct Settings {
@@ -41,6 +42,7 @@ struct Settings {
     std::uint64_t storage_buffer = 0;   // storage-buffer=MIB: the largest
     bool no_usable_memory = false;      // no-usable-memory: none that can be mapped
     bool no_float64 = false;            // no-float64
+    bool non_coherent = false;  // non-coherent: what is mapped has to be flushed, invalidated
 };
 
 std::uint64_t number(const std::string& word, const std::string& text) {
@@ -69,7 +71,9 @@ Settings read_settings() {
         {"groups-at-once", &Settings::groups_at_once},
         {"storage-buffer", &Settings::storage_buffer}};
     const std::map<std::string, bool Settings::*> switches = {
-        {"no-usable-memory", &Settings::no_usable_memory}, {"no-float64", &Settings::no_float64}};
+        {"no-usable-memory", &Settings::no_usable_memory},
+        {"no-float64", &Settings::no_float64},
+        {"non-coherent", &Settings::non_coherent}};
     for (std::string word; words >> word;) {
         const auto equals = word.find('=');
         const auto name = word.substr(0, equals);
@@ -125,6 +129,9 @@ struct Memory {
     std::uint32_t heap;
     std::uint64_t bytes;
     bool can_be_mapped;
+    // What the host maps of memory that is not coherent, and the real memory behind it.
+    std::vector<char> shadow = {};
+    char* real = nullptr;
 };
 
 std::mutex lock;
@@ -262,7 +269,7 @@ VKAPI_ATTR void VKAPI_CALL get_features2(VkPhysicalDevice device,
 }
 
 /// As a card has them: memory of its own, a part of it that the host reaches, and the host's.
-void change(VkPhysicalDeviceMemoryProperties& memory) {
+void change_heaps(VkPhysicalDeviceMemoryProperties& memory) {
     constexpr VkMemoryPropertyFlags kOwn = VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT;
     constexpr VkMemoryPropertyFlags kHost =
         VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT;
@@ -292,6 +299,14 @@ void change(VkPhysicalDeviceMemoryProperties& memory) {
         add_type(kOwn | kHost, reached);
     }
     add_type(kHost | VK_MEMORY_PROPERTY_HOST_CACHED_BIT, host);
+}
+
+void change(VkPhysicalDeviceMemoryProperties& memory) {
+    change_heaps(memory);
+    for (std::uint32_t i = 0; settings().non_coherent && i < memory.memoryTypeCount; ++i) {
+        memory.memoryTypes[i].propertyFlags &=
+            ~VkMemoryPropertyFlags{VK_MEMORY_PROPERTY_HOST_COHERENT_BIT};
+    }
 }
 
 VKAPI_ATTR void VKAPI_CALL get_memory(VkPhysicalDevice device,
@@ -446,7 +461,44 @@ VKAPI_ATTR VkResult VKAPI_CALL map_memory(VkDevice device, VkDeviceMemory memory
             return VK_ERROR_MEMORY_MAP_FAILED;
         }
     }
-    return BELOW_DEVICE(device, vkMapMemory)(device, memory, offset, size, flags, data);
+    const VkResult result =
+        BELOW_DEVICE(device, vkMapMemory)(device, memory, offset, size, flags, data);
+    if (result == VK_SUCCESS && settings().non_coherent) {
+        const std::lock_guard guard(lock);
+        auto& mapped = memories.at(memory);
+        mapped.shadow.assign(mapped.bytes, kNeverWritten);
+        mapped.real = static_cast<char*>(*data) - offset;
+        *data = mapped.shadow.data() + offset;
+    }
+    return result;
+}
+
+/// Copies between what the host maps and the real memory.
+void copy_ranges(std::span<const VkMappedMemoryRange> ranges, bool to_real) {
+    const std::lock_guard guard(lock);
+    for (const auto& range : ranges) {
+        auto& mapped = memories.at(range.memory);
+        if (mapped.real != nullptr) {
+            const auto bytes = std::min(range.size, mapped.bytes - range.offset);
+            char* const shadow = mapped.shadow.data() + range.offset;
+            char* const real = mapped.real + range.offset;
+            std::memcpy(to_real ? real : shadow, to_real ? shadow : real, bytes);
+        }
+    }
+}
+
+VKAPI_ATTR VkResult VKAPI_CALL flush_ranges(VkDevice device, std::uint32_t count,
+                                            const VkMappedMemoryRange* ranges) {
+    copy_ranges({ranges, count}, /*to_real=*/true);
+    return BELOW_DEVICE(device, vkFlushMappedMemoryRanges)(device, count, ranges);
+}
+
+VKAPI_ATTR VkResult VKAPI_CALL invalidate_ranges(VkDevice device, std::uint32_t count,
+                                                 const VkMappedMemoryRange* ranges) {
+    const VkResult result =
+        BELOW_DEVICE(device, vkInvalidateMappedMemoryRanges)(device, count, ranges);
+    copy_ranges({ranges, count}, /*to_real=*/false);
+    return result;
 }
 
 VKAPI_ATTR VkResult VKAPI_CALL begin_commands(VkCommandBuffer commands,
@@ -571,6 +623,8 @@ const std::map<std::string_view, PFN_vkVoidFunction> own_functions = {
     {"vkAllocateMemory", as_function(allocate)},
     {"vkFreeMemory", as_function(free_memory)},
     {"vkMapMemory", as_function(map_memory)},
+    {"vkFlushMappedMemoryRanges", as_function(flush_ranges)},
+    {"vkInvalidateMappedMemoryRanges", as_function(invalidate_ranges)},
     {"vkBeginCommandBuffer", as_function(begin_commands)},
     {"vkCmdDispatch", as_function(dispatch)},
     {"vkCmdDispatchBase", as_function(dispatch_base)},

@@ -45,6 +45,7 @@ class OtherDevices(Case):
         for i, device in enumerate((CARD, "kind=discrete heap=4096 bar=4096", "kind=integrated heap=64 bar=64",
                                     "kind=discrete heap=4096", "kind=virtual groups=100",
                                     "kind=discrete storage-buffer=1", "kind=discrete heap=3 bar=1",
+                                    "kind=discrete heap=4096 bar=4096 non-coherent", CARD + " non-coherent",
                                     "kind=discrete timestamp-bits=8", "kind=discrete timestamp-bits=0")):
             with self.subTest(device=device):
                 selection, found = self.results(device, out=f"out-{i}")
