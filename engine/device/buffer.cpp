@@ -46,9 +46,12 @@ vk::MemoryPropertyFlags shared_memory(Traffic traffic) {
 }
 
 Allocation::Allocation(Context::Handles& context_, std::uint64_t bytes, vk::BufferUsageFlags usage,
-                       vk::MemoryPropertyFlags wanted, vk::MemoryPropertyFlags needed)
+                       vk::MemoryPropertyFlags wanted, vk::MemoryPropertyFlags needed,
+                       const std::vector<std::uint32_t>& families)
     : context(context_) {
-    buffer = {context.device, {{}, bytes, usage, vk::SharingMode::eExclusive}};
+    const auto sharing =
+        families.empty() ? vk::SharingMode::eExclusive : vk::SharingMode::eConcurrent;
+    buffer = {context.device, vk::BufferCreateInfo({}, bytes, usage, sharing, families)};
     const auto needs = buffer.getMemoryRequirements();
     const bool host_visible = static_cast<bool>(needed & Property::eHostVisible);
     std::optional<std::uint32_t> type;
@@ -126,9 +129,13 @@ Buffer::Buffer(Context& context, std::uint64_t bytes, Traffic traffic, Texels te
         }
         if (!h.device) {
             const bool up = traffic == Traffic::upload;
+            std::vector<std::uint32_t> families;
+            if (up && c.transfer_family) {
+                families = {c.queue_family, *c.transfer_family};
+            }
             h.device = std::make_unique<Allocation>(
                 c, bytes, usage | (up ? Usage::eTransferDst : Usage::eTransferSrc),
-                Property::eDeviceLocal, vk::MemoryPropertyFlags());
+                Property::eDeviceLocal, vk::MemoryPropertyFlags(), families);
             h.staging = std::make_unique<Allocation>(
                 c, bytes, up ? Usage::eTransferSrc : Usage::eTransferDst,
                 up ? kHostVisible : kHostVisible | Property::eHostCached, kHostVisible);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <optional>
+#include <vector>
 
 #include "engine/device/buffer.h"
 #include "engine/device/handles.h"
@@ -14,9 +15,10 @@ vk::MemoryPropertyFlags shared_memory(Traffic traffic);
 /// One Vulkan buffer with its memory; the count of allocated bytes follows its life.
 struct Allocation {
     /// Memory has `wanted` where there is such, else `needed`. What the host maps is coherent where
-    /// one can choose.
+    /// one can choose. `families` are those of the queues that use it, where there are several.
     Allocation(Context::Handles& context, std::uint64_t bytes, vk::BufferUsageFlags usage,
-               vk::MemoryPropertyFlags wanted, vk::MemoryPropertyFlags needed);
+               vk::MemoryPropertyFlags wanted, vk::MemoryPropertyFlags needed,
+               const std::vector<std::uint32_t>& families = {});
     ~Allocation();
     Allocation(const Allocation&) = delete;
     Allocation& operator=(const Allocation&) = delete;

@@ -2,6 +2,7 @@
 
 #include <atomic>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -22,6 +23,9 @@ struct Context::Handles {
     vk::raii::Device device = nullptr;
     vk::raii::Queue queue = nullptr;
     vk::raii::CommandPool pool = nullptr;
+    std::optional<std::uint32_t> transfer_family;  // what copies uploads; else the queue does
+    vk::raii::Queue transfer_queue = nullptr;
+    vk::raii::CommandPool transfer_pool = nullptr;
     vk::raii::PipelineCache cache = nullptr;
     vk::PhysicalDeviceMemoryProperties memory;
     std::uint32_t queue_family = 0;

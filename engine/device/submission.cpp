@@ -21,6 +21,9 @@ struct Submission::Handles {
     Context::Handles* context = nullptr;
     std::vector<vk::raii::CommandBuffer> parts;  // each for a submit of its own
     std::size_t used = 0;                        // of them, by what is recorded
+    vk::raii::CommandBuffer copies = nullptr;    // of uploads, where they have a queue of their own
+    vk::raii::Semaphore copied = nullptr;        // what the first part waits for then
+    bool has_copies = false;
     // What of the uploads and downloads is in memory that is not coherent.
     std::vector<vk::MappedMemoryRange> to_flush;
     std::vector<vk::MappedMemoryRange> to_invalidate;
@@ -59,6 +62,13 @@ Submission::Submission(Context& context, std::uint32_t most_marks)
     auto& c = *h.context;
     guarded("creating a fence and timestamps", [&] {
         h.fence = {c.device, vk::FenceCreateInfo()};
+        if (c.transfer_family) {
+            h.copies =
+                std::move(vk::raii::CommandBuffers(
+                              c.device, {*c.transfer_pool, vk::CommandBufferLevel::ePrimary, 1})
+                              .front());
+            h.copied = {c.device, vk::SemaphoreCreateInfo()};
+        }
         if (c.timestamp_seconds > 0) {
             h.queries = {c.device, {{}, vk::QueryType::eTimestamp, most_marks}};
         }
@@ -85,6 +95,7 @@ Submission& Submission::operator=(Submission&&) noexcept = default;
 void Submission::begin() {
     auto& h = *handles_;
     h.used = 0;
+    h.has_copies = false;
     h.to_flush.clear();
     h.to_invalidate.clear();
     guarded("recording commands", [&] { h.begin_part(); });
@@ -105,7 +116,14 @@ void Submission::begin() {
 void Submission::upload(const Buffer& buffer, std::uint64_t bytes) {
     auto& h = *handles_;
     const auto& b = buffer.handles();
-    if (b.staging) {
+    if (b.staging && *h.copies) {
+        if (!h.has_copies) {
+            h.copies.reset();
+            h.copies.begin(vk::CommandBufferBeginInfo());
+            h.has_copies = true;
+        }
+        h.copies.copyBuffer(*b.staging->buffer, *b.device->buffer, vk::BufferCopy(0, 0, bytes));
+    } else if (b.staging) {
         h.commands().copyBuffer(*b.staging->buffer, *b.device->buffer, vk::BufferCopy(0, 0, bytes));
         h.barrier(Stage::eTransfer, Access::eTransferWrite, Stage::eComputeShader,
                   Access::eShaderRead);
@@ -185,15 +203,26 @@ void Submission::submit() {
     guarded("submitting work", [&] {
         if (h.recording) {
             h.commands().end();
+            if (h.has_copies) {
+                h.copies.end();
+            }
             h.recording = false;
         }
         if (!h.to_flush.empty()) {
             h.context->device.flushMappedMemoryRanges(h.to_flush);
         }
         h.context->device.resetFences(*h.fence);
+        if (h.has_copies) {
+            h.context->transfer_queue.submit(vk::SubmitInfo({}, {}, *h.copies, *h.copied));
+        }
+        const vk::PipelineStageFlags waiting = Stage::eComputeShader | Stage::eTransfer;
         for (std::size_t i = 0; i < h.used; ++i) {
-            h.context->queue.submit(vk::SubmitInfo({}, {}, *h.parts[i]),
-                                    i + 1 == h.used ? *h.fence : vk::Fence());
+            vk::SubmitInfo part({}, {}, *h.parts[i]);
+            if (i == 0 && h.has_copies) {  // the parts after it come later on the same queue
+                part.setWaitSemaphores(*h.copied);
+                part.setWaitDstStageMask(waiting);
+            }
+            h.context->queue.submit(part, i + 1 == h.used ? *h.fence : vk::Fence());
         }
     });
     h.running = true;

@@ -39,6 +39,9 @@ class Submission {
     void begin();
 
     /// Makes the first `bytes` of the host's view of `buffer` visible to the commands after it.
+    /// Call it before those, and for a buffer that no other submission in flight uses: where the
+    /// device has a queue that only copies, the copy is made while earlier submissions still
+    /// compute.
     void upload(const Buffer& buffer, std::uint64_t bytes);
 
     /// Runs groups_x × groups_y workgroups. Throws std::logic_error beyond the device's limits.

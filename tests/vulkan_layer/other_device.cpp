@@ -21,6 +21,7 @@
 #include <sstream>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 namespace {
@@ -41,8 +42,9 @@ struct Settings {
     std::uint64_t groups_at_once = 0;   // groups-at-once=N: a submission of more loses the device
     std::uint64_t storage_buffer = 0;   // storage-buffer=MIB: the largest
     bool no_usable_memory = false;      // no-usable-memory: none that can be mapped
-    bool no_float64 = false;            // no-float64
-    bool non_coherent = false;  // non-coherent: what is mapped has to be flushed, invalidated
+    bool transfer_queue = false;  // transfer-queue: a second family of queues, which only copy
+    bool no_float64 = false;      // no-float64
+    bool non_coherent = false;    // non-coherent: what is mapped has to be flushed, invalidated
 };
 
 std::uint64_t number(const std::string& word, const std::string& text) {
@@ -72,6 +74,7 @@ Settings read_settings() {
         {"storage-buffer", &Settings::storage_buffer}};
     const std::map<std::string, bool Settings::*> switches = {
         {"no-usable-memory", &Settings::no_usable_memory},
+        {"transfer-queue", &Settings::transfer_queue},
         {"no-float64", &Settings::no_float64},
         {"non-coherent", &Settings::non_coherent}};
     for (std::string word; words >> word;) {
@@ -142,7 +145,14 @@ std::map<std::uint32_t, std::uint64_t> used;  // bytes of each heap
 std::uint64_t allocations = 0;
 std::uint64_t submissions = 0;
 std::map<VkCommandBuffer, std::uint64_t> groups;  // that each dispatches
-std::set<VkFence> hung;                           // of submissions that never end
+// With a queue that only copies: what is for it, and what was handed to it and not begun.
+constexpr std::uint32_t kTransferFamily = 1;  // lavapipe has one
+std::set<VkCommandPool> transfer_pools;
+std::set<VkCommandBuffer> transfer_commands;
+std::map<VkSemaphore, VkCommandBuffer> held;
+std::set<VkBuffer> kernel_buffers;
+std::set<VkCommandBuffer> misplaced;  // copy what that queue should
+std::set<VkFence> hung;               // of submissions that never end
 
 template <typename Handle>
 void* key(Handle handle) {
@@ -334,7 +344,15 @@ VKAPI_ATTR void VKAPI_CALL get_memory2(VkPhysicalDevice device,
 
 VKAPI_ATTR void VKAPI_CALL get_families(VkPhysicalDevice device, std::uint32_t* count,
                                         VkQueueFamilyProperties* families) {
+    const std::uint32_t room = *count;
     BELOW_INSTANCE(device, vkGetPhysicalDeviceQueueFamilyProperties)(device, count, families);
+    if (settings().transfer_queue && families == nullptr) {
+        ++*count;
+    } else if (settings().transfer_queue && room > *count) {
+        families[*count] = families[0];
+        families[*count].queueFlags = VK_QUEUE_TRANSFER_BIT;
+        ++*count;
+    }
     for (std::uint32_t i = 0; families != nullptr && i < *count; ++i) {
         families[i].timestampValidBits = static_cast<std::uint32_t>(
             std::min<std::uint64_t>(families[i].timestampValidBits, settings().timestamp_bits));
@@ -358,7 +376,15 @@ VKAPI_ATTR VkResult VKAPI_CALL create_device(VkPhysicalDevice physical,
     link->u.pLayerInfo = link->u.pLayerInfo->pNext;
     const auto create = reinterpret_cast<PFN_vkCreateDevice>(
         get_instance(below_instance(physical).handle, "vkCreateDevice"));
-    const VkResult result = create(physical, info, allocator, device);
+    VkDeviceCreateInfo real = *info;
+    std::vector<VkDeviceQueueCreateInfo> queues(
+        info->pQueueCreateInfos, info->pQueueCreateInfos + info->queueCreateInfoCount);
+    if (settings().transfer_queue) {
+        std::erase_if(queues, [](const auto& q) { return q.queueFamilyIndex == kTransferFamily; });
+        real.pQueueCreateInfos = queues.data();
+        real.queueCreateInfoCount = static_cast<std::uint32_t>(queues.size());
+    }
+    const VkResult result = create(physical, &real, allocator, device);
     if (result == VK_SUCCESS) {
         const std::lock_guard guard(lock);
         devices[key(*device)] = DeviceBelow(*device, get_device);
@@ -394,6 +420,64 @@ VKAPI_ATTR VkResult VKAPI_CALL create_module(VkDevice device, const VkShaderModu
         return VK_ERROR_INVALID_SHADER_NV;
     }
     return BELOW_DEVICE(device, vkCreateShaderModule)(device, info, allocator, module);
+}
+
+bool is_transfer(std::uint32_t family) {
+    return settings().transfer_queue && family == kTransferFamily;
+}
+
+VKAPI_ATTR void VKAPI_CALL get_queue(VkDevice device, std::uint32_t family, std::uint32_t index,
+                                     VkQueue* queue) {
+    BELOW_DEVICE(device, vkGetDeviceQueue)(device, is_transfer(family) ? 0 : family, index, queue);
+}
+
+VKAPI_ATTR VkResult VKAPI_CALL create_pool(VkDevice device, const VkCommandPoolCreateInfo* info,
+                                           const VkAllocationCallbacks* allocator,
+                                           VkCommandPool* pool) {
+    VkCommandPoolCreateInfo real = *info;
+    real.queueFamilyIndex = is_transfer(info->queueFamilyIndex) ? 0 : info->queueFamilyIndex;
+    const VkResult result =
+        BELOW_DEVICE(device, vkCreateCommandPool)(device, &real, allocator, pool);
+    const std::lock_guard guard(lock);
+    if (result == VK_SUCCESS && is_transfer(info->queueFamilyIndex)) {
+        transfer_pools.insert(*pool);
+    } else if (result == VK_SUCCESS) {
+        transfer_pools.erase(*pool);
+    }
+    return result;
+}
+
+VKAPI_ATTR VkResult VKAPI_CALL allocate_commands(VkDevice device,
+                                                 const VkCommandBufferAllocateInfo* info,
+                                                 VkCommandBuffer* commands) {
+    const VkResult result = BELOW_DEVICE(device, vkAllocateCommandBuffers)(device, info, commands);
+    const std::lock_guard guard(lock);
+    for (std::uint32_t i = 0; result == VK_SUCCESS && i < info->commandBufferCount; ++i) {
+        if (transfer_pools.contains(info->commandPool)) {
+            transfer_commands.insert(commands[i]);
+        } else {
+            transfer_commands.erase(commands[i]);  // of a pool that is gone
+        }
+    }
+    return result;
+}
+
+VKAPI_ATTR VkResult VKAPI_CALL create_buffer(VkDevice device, const VkBufferCreateInfo* info,
+                                             const VkAllocationCallbacks* allocator,
+                                             VkBuffer* buffer) {
+    VkBufferCreateInfo real = *info;
+    if (settings().transfer_queue) {
+        real.sharingMode = VK_SHARING_MODE_EXCLUSIVE;
+    }
+    const VkResult result = BELOW_DEVICE(device, vkCreateBuffer)(device, &real, allocator, buffer);
+    if (result == VK_SUCCESS) {
+        const std::lock_guard guard(lock);
+        kernel_buffers.erase(*buffer);
+        if ((info->usage & VK_BUFFER_USAGE_STORAGE_BUFFER_BIT) != 0) {
+            kernel_buffers.insert(*buffer);
+        }
+    }
+    return result;
 }
 
 VKAPI_ATTR void VKAPI_CALL get_requirements(VkDevice device, VkBuffer buffer,
@@ -506,6 +590,7 @@ VKAPI_ATTR VkResult VKAPI_CALL begin_commands(VkCommandBuffer commands,
     {
         const std::lock_guard guard(lock);
         groups[commands] = 0;
+        misplaced.erase(commands);
     }
     return BELOW_DEVICE(commands, vkBeginCommandBuffer)(commands, info);
 }
@@ -528,6 +613,18 @@ VKAPI_ATTR void VKAPI_CALL dispatch_base(VkCommandBuffer commands, std::uint32_t
     BELOW_DEVICE(commands, vkCmdDispatchBase)(commands, first_x, first_y, first_z, x, y, z);
 }
 
+VKAPI_ATTR void VKAPI_CALL copy_buffer(VkCommandBuffer commands, VkBuffer from, VkBuffer to,
+                                       std::uint32_t count, const VkBufferCopy* regions) {
+    {
+        const std::lock_guard guard(lock);
+        if (settings().transfer_queue && kernel_buffers.contains(to) &&
+            !transfer_commands.contains(commands)) {
+            misplaced.insert(commands);
+        }
+    }
+    BELOW_DEVICE(commands, vkCmdCopyBuffer)(commands, from, to, count, regions);
+}
+
 /// Whether a submission would take a watchdog too long.
 bool is_too_much(std::span<const VkSubmitInfo> infos) {
     std::uint64_t all = 0;
@@ -539,10 +636,25 @@ bool is_too_much(std::span<const VkSubmitInfo> infos) {
     return settings().groups_at_once > 0 && all > settings().groups_at_once;
 }
 
+/// Queues run side by side: what is handed to the one that only copies begins as late as it may,
+/// when a submission waits for it. Copies to kernels must not be anywhere else.
 VKAPI_ATTR VkResult VKAPI_CALL submit(VkQueue queue, std::uint32_t count, const VkSubmitInfo* infos,
                                       VkFence fence) {
+    std::vector<std::pair<VkSemaphore, VkCommandBuffer>> before;
     {
         const std::lock_guard guard(lock);
+        if (transfer_commands.contains(infos[0].pCommandBuffers[0])) {
+            held[infos[0].pSignalSemaphores[0]] = infos[0].pCommandBuffers[0];
+            return VK_SUCCESS;
+        }
+        if (misplaced.contains(infos[0].pCommandBuffers[0])) {
+            return VK_ERROR_DEVICE_LOST;
+        }
+        for (std::uint32_t i = 0; i < infos[0].waitSemaphoreCount; ++i) {
+            if (const auto node = held.extract(infos[0].pWaitSemaphores[i])) {
+                before.emplace_back(node.key(), node.mapped());
+            }
+        }
         ++submissions;
         if ((settings().lose_at > 0 && submissions >= settings().lose_at) ||
             is_too_much({infos, count})) {
@@ -553,7 +665,20 @@ VKAPI_ATTR VkResult VKAPI_CALL submit(VkQueue queue, std::uint32_t count, const 
             return VK_SUCCESS;
         }
     }
-    return BELOW_DEVICE(queue, vkQueueSubmit)(queue, count, infos, fence);
+    const auto real_submit = BELOW_DEVICE(queue, vkQueueSubmit);
+    for (const auto& [semaphore, commands] : before) {
+        VkSubmitInfo info = {};
+        info.sType = VK_STRUCTURE_TYPE_SUBMIT_INFO;
+        info.commandBufferCount = 1;
+        info.pCommandBuffers = &commands;
+        info.signalSemaphoreCount = 1;
+        info.pSignalSemaphores = &semaphore;
+        const VkResult result = real_submit(queue, 1, &info, VK_NULL_HANDLE);
+        if (result != VK_SUCCESS) {
+            return result;
+        }
+    }
+    return real_submit(queue, count, infos, fence);
 }
 
 /// For what never ends a wait takes as long as was asked, but no more than a tenth of a second, so
@@ -619,6 +744,11 @@ const std::map<std::string_view, PFN_vkVoidFunction> own_functions = {
     {"vkCreateDevice", as_function(create_device)},
     {"vkDestroyDevice", as_function(destroy_device)},
     {"vkCreateShaderModule", as_function(create_module)},
+    {"vkGetDeviceQueue", as_function(get_queue)},
+    {"vkCreateCommandPool", as_function(create_pool)},
+    {"vkAllocateCommandBuffers", as_function(allocate_commands)},
+    {"vkCreateBuffer", as_function(create_buffer)},
+    {"vkCmdCopyBuffer", as_function(copy_buffer)},
     {"vkGetBufferMemoryRequirements", as_function(get_requirements)},
     {"vkAllocateMemory", as_function(allocate)},
     {"vkFreeMemory", as_function(free_memory)},

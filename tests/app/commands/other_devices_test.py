@@ -46,6 +46,7 @@ class OtherDevices(Case):
                                     "kind=discrete heap=4096", "kind=virtual groups=100",
                                     "kind=discrete storage-buffer=1", "kind=discrete heap=3 bar=1",
                                     "kind=discrete heap=4096 bar=4096 non-coherent", CARD + " non-coherent",
+                                    CARD + " transfer-queue", CARD + " transfer-queue non-coherent timestamp-bits=0",
                                     "kind=discrete timestamp-bits=8", "kind=discrete timestamp-bits=0")):
             with self.subTest(device=device):
                 selection, found = self.results(device, out=f"out-{i}")
@@ -133,12 +134,14 @@ class OtherDevices(Case):
         self.assertEqual([engine["engine"] for engine in found["engines"]], ["host"])
 
     def test_spheres_are_the_same(self):
-        images = {}
-        for device in CARD, "kind=discrete heap=4096 bar=4096":
-            self.assert_success("render", "--database", "db", "--material", "m01", "--size", "40",
-                                "--out", "m01.exr", "--force", **self.on(device))
-            images[device] = (self.work / "m01.png").read_bytes()
-        self.assertEqual(len(set(images.values())), 1)
+        images = []
+        for device in (CARD, "kind=discrete heap=4096 bar=4096", CARD + " transfer-queue", CARD + " non-coherent",
+                       "kind=discrete heap=4096 bar=4096 non-coherent"):
+            self.assert_success("render", "--database", "db", "--size", "40", "--out", "spheres", "--force",
+                                **self.on(device))
+            images.append({path.name: path.read_bytes() for path in (self.work / "spheres").rglob("*.png")})
+            self.assertGreaterEqual(len(images[-1]), 12)
+            self.assertEqual(images[-1], images[0], device)
 
 
 if __name__ == "__main__":
