@@ -71,7 +71,7 @@ DistanceResult compute_distances(Engines& engines, const Database& database,
     workload.voxels = voxels.size();
     const SlabPlan plan = plan_slabs(needs, options.memory_bytes, workload);
     double done = 0;
-    const auto report = [&] {
+    const std::function<void()> report = [&] {
         if (options.progress) {
             options.progress(done);
         }

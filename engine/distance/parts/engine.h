@@ -70,7 +70,7 @@ struct WorkSite {
     DistanceSeconds& seconds;
     std::vector<std::string>& warnings;  // one line each, for the user
     /// To be called every now and then while work is waited for; what it throws ends the work.
-    std::function<void()> meanwhile;
+    const std::function<void()>& meanwhile;
 };
 
 /// One computation: some metrics of one database, slab by slab, in the order of the voxels.

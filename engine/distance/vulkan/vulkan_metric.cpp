@@ -15,7 +15,6 @@ using device::BoundKernel;
 using device::Buffer;
 using device::Context;
 using device::Kernel;
-using device::Submission;
 using device::Texels;
 using device::Traffic;
 
@@ -332,13 +331,13 @@ void VulkanMetric::record(PacedWork& work, Products& products, std::uint32_t vox
         }
         work.dispatch(diagonal, bytes_of(tiles), tiles_.across, blocks, pair_work(of_tile / 2));
     };
-    constexpr double kGroupsOfBlock = kBlockVoxels / kLanes;
+    constexpr std::uint32_t kGroupsOfBlock = kBlockVoxels / kLanes;
     work.dispatch(*products.weigh_, bytes_of(WeighPush{voxels}), slab_voxels / kLanes, 1,
-                  grid_work(1 / kGroupsOfBlock));
+                  grid_work(1.0 / kGroupsOfBlock));
     work.dispatch(*products.prepare_,
                   bytes_of(PreparePush{extent_.slab_blocks, extent_.materials, padded, voxels}),
                   slab_voxels / kCellVoxels / kLanes, padded,
-                  grid_work(kCellVoxels / kGroupsOfBlock));
+                  grid_work(1.0 * kCellVoxels / kGroupsOfBlock));
     if (products.norm_) {  // as much as a pair, which is a small part of making the grid
         work.dispatch_whole(*products.norm_, bytes_of(tiles), padded, blocks, grid_work(1.0 / 64));
         submission.download(*products.norms_, products.norms_->bytes());
