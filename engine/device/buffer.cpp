@@ -23,7 +23,17 @@ std::optional<std::uint32_t> memory_type(const vk::PhysicalDeviceMemoryPropertie
     return std::nullopt;
 }
 
-constexpr vk::MemoryPropertyFlags kHostVisible = Property::eHostVisible | Property::eHostCoherent;
+// What the host maps, in this order of preference:
+//
+//   it writes, mapped    the device's own memory
+//   it reads, mapped     the device's own memory, with a cache: without one, reading takes longer
+//                        than copying
+//   it writes, a copy    any that it reaches
+//   it reads, a copy     memory with a cache, or any that it reaches
+//
+// Of each the first type that is coherent, and otherwise the first that is not, which has to be
+// flushed and invalidated: on mobile GPUs only such memory has a cache.
+constexpr vk::MemoryPropertyFlags kHostVisible = Property::eHostVisible;
 
 }  // namespace
 
@@ -36,14 +46,23 @@ vk::MemoryPropertyFlags shared_memory(Traffic traffic) {
 }
 
 Allocation::Allocation(Context::Handles& context_, std::uint64_t bytes, vk::BufferUsageFlags usage,
-                       vk::MemoryPropertyFlags wanted, bool host_visible)
+                       vk::MemoryPropertyFlags wanted, vk::MemoryPropertyFlags needed,
+                       const std::vector<std::uint32_t>& families)
     : context(context_) {
-    buffer = {context.device, {{}, bytes, usage, vk::SharingMode::eExclusive}};
+    const auto sharing =
+        families.empty() ? vk::SharingMode::eExclusive : vk::SharingMode::eConcurrent;
+    buffer = {context.device, vk::BufferCreateInfo({}, bytes, usage, sharing, families)};
     const auto needs = buffer.getMemoryRequirements();
-    auto type = memory_type(context.memory, needs.memoryTypeBits, wanted);
-    if (!type) {  // a cache, or being local, is a wish; being reachable is not
-        type = memory_type(context.memory, needs.memoryTypeBits,
-                           host_visible ? kHostVisible : vk::MemoryPropertyFlags());
+    const bool host_visible = static_cast<bool>(needed & Property::eHostVisible);
+    std::optional<std::uint32_t> type;
+    for (const auto flags : {wanted, needed}) {  // a cache, or being local, is a wish
+        if (!type && host_visible) {
+            type =
+                memory_type(context.memory, needs.memoryTypeBits, flags | Property::eHostCoherent);
+        }
+        if (!type) {
+            type = memory_type(context.memory, needs.memoryTypeBits, flags);
+        }
     }
     if (!type) {
         throw Error(Fault::device, fmt::format("{} has no memory for buffers{}", context.info.name,
@@ -62,12 +81,21 @@ Allocation::Allocation(Context::Handles& context_, std::uint64_t bytes, vk::Buff
     context.peak_allocated = std::max(context.peak_allocated, context.allocated);
     buffer.bindMemory(*memory, 0);
     if (host_visible) {
+        coherent = static_cast<bool>(context.memory.memoryTypes[*type].propertyFlags &
+                                     Property::eHostCoherent);
         mapped = static_cast<std::byte*>(memory.mapMemory(0, VK_WHOLE_SIZE));
     }
 }
 
 Allocation::~Allocation() {
     context.allocated -= allocated;
+}
+
+std::optional<vk::MappedMemoryRange> Allocation::incoherent() const {
+    if (mapped == nullptr || coherent) {
+        return std::nullopt;
+    }
+    return vk::MappedMemoryRange(*memory, 0, VK_WHOLE_SIZE);
 }
 
 Buffer::Buffer(Context& context, std::uint64_t bytes, Traffic traffic, Texels texels)
@@ -88,24 +116,29 @@ Buffer::Buffer(Context& context, std::uint64_t bytes, Traffic traffic, Texels te
             usage |= Usage::eUniformTexelBuffer;
         }
         if (traffic == Traffic::none) {
-            h.device = std::make_unique<Allocation>(c, bytes, usage, Property::eDeviceLocal, false);
+            h.device = std::make_unique<Allocation>(c, bytes, usage, Property::eDeviceLocal,
+                                                    vk::MemoryPropertyFlags());
         } else if (!(traffic == Traffic::upload ? c.info.limits.stages_uploads
                                                 : c.info.limits.stages_downloads)) {
             try {
-                h.device =
-                    std::make_unique<Allocation>(c, bytes, usage, shared_memory(traffic), true);
+                h.device = std::make_unique<Allocation>(c, bytes, usage, shared_memory(traffic),
+                                                        kHostVisible);
             } catch (const AllocationError&) {
                 // What the host reaches is full, which other memory need not be.
             }
         }
         if (!h.device) {
             const bool up = traffic == Traffic::upload;
+            std::vector<std::uint32_t> families;
+            if (up && c.transfer_family) {
+                families = {c.queue_family, *c.transfer_family};
+            }
             h.device = std::make_unique<Allocation>(
                 c, bytes, usage | (up ? Usage::eTransferDst : Usage::eTransferSrc),
-                Property::eDeviceLocal, false);
+                Property::eDeviceLocal, vk::MemoryPropertyFlags(), families);
             h.staging = std::make_unique<Allocation>(
                 c, bytes, up ? Usage::eTransferSrc : Usage::eTransferDst,
-                up ? kHostVisible : kHostVisible | Property::eHostCached, true);
+                up ? kHostVisible : kHostVisible | Property::eHostCached, kHostVisible);
         }
         if (texels != Texels::none) {
             h.texels = {c.device,
@@ -129,7 +162,7 @@ std::uint64_t Buffer::bytes() const {
 
 std::span<std::byte> Buffer::host() const {
     const auto& h = *handles_;
-    std::byte* data = h.staging ? h.staging->mapped : h.device->mapped;
+    std::byte* data = h.host().mapped;
     return data ? std::span<std::byte>(data, h.bytes) : std::span<std::byte>();
 }
 

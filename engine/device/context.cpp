@@ -97,6 +97,9 @@ Context::Context(const ContextOptions& options) {
     h.info.limits.stages_uploads |= options.force_staging;
     h.info.limits.stages_downloads |= options.force_staging;
     h.queue_family = *compute_queue_family(h.physical);
+    if (h.info.limits.stages_uploads) {
+        h.transfer_family = transfer_queue_family(h.physical);
+    }
     h.memory = h.physical.getMemoryProperties();
 
     const auto family = h.physical.getQueueFamilyProperties()[h.queue_family];
@@ -118,8 +121,11 @@ Context::Context(const ContextOptions& options) {
         extensions.push_back(kPortabilitySubset);
     }
     const float priority = 1.0F;
-    vk::DeviceQueueCreateInfo queue({}, h.queue_family, 1, &priority);
-    create.setQueueCreateInfos(queue);
+    std::vector<vk::DeviceQueueCreateInfo> queues = {{{}, h.queue_family, 1, &priority}};
+    if (h.transfer_family) {
+        queues.push_back({{}, *h.transfer_family, 1, &priority});
+    }
+    create.setQueueCreateInfos(queues);
     vk::PhysicalDeviceFeatures features;
     features.shaderFloat64 = true;
     create.pEnabledFeatures = &features;
@@ -128,6 +134,11 @@ Context::Context(const ContextOptions& options) {
         h.device = {h.physical, create};
         h.queue = {h.device, h.queue_family, 0};
         h.pool = {h.device, {vk::CommandPoolCreateFlagBits::eResetCommandBuffer, h.queue_family}};
+        if (h.transfer_family) {
+            h.transfer_queue = {h.device, *h.transfer_family, 0};
+            h.transfer_pool = {
+                h.device, {vk::CommandPoolCreateFlagBits::eResetCommandBuffer, *h.transfer_family}};
+        }
     });
     open_pipelines(h, options.cache_directory);
     if (!h.subgroup_size_control) {

@@ -14,6 +14,10 @@ namespace merl::device {
 /// The first family of queues that compute.
 std::optional<std::uint32_t> compute_queue_family(const vk::raii::PhysicalDevice& physical);
 
+/// The first family of queues that copy and do nothing else: a card copies with them while it
+/// computes.
+std::optional<std::uint32_t> transfer_queue_family(const vk::raii::PhysicalDevice& physical);
+
 bool has_extension(const vk::raii::PhysicalDevice& physical, std::string_view name);
 
 inline constexpr const char* kSubgroupSizeControl = VK_EXT_SUBGROUP_SIZE_CONTROL_EXTENSION_NAME;

@@ -171,6 +171,18 @@ std::optional<std::uint32_t> compute_queue_family(const vk::raii::PhysicalDevice
     return std::nullopt;
 }
 
+std::optional<std::uint32_t> transfer_queue_family(const vk::raii::PhysicalDevice& physical) {
+    using Flag = vk::QueueFlagBits;
+    const auto families = physical.getQueueFamilyProperties();
+    for (std::uint32_t i = 0; i < families.size(); ++i) {
+        if ((families[i].queueFlags & ~(Flag::eSparseBinding | Flag::eProtected)) ==
+            Flag::eTransfer) {
+            return i;
+        }
+    }
+    return std::nullopt;
+}
+
 bool has_extension(const vk::raii::PhysicalDevice& physical, std::string_view name) {
     const auto extensions = physical.enumerateDeviceExtensionProperties();
     return std::any_of(extensions.begin(), extensions.end(),

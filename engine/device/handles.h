@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -22,6 +23,9 @@ struct Context::Handles {
     vk::raii::Device device = nullptr;
     vk::raii::Queue queue = nullptr;
     vk::raii::CommandPool pool = nullptr;
+    std::optional<std::uint32_t> transfer_family;  // what copies uploads; else the queue does
+    vk::raii::Queue transfer_queue = nullptr;
+    vk::raii::CommandPool transfer_pool = nullptr;
     vk::raii::PipelineCache pipelines = nullptr;  // compiled in this run and before
     vk::PhysicalDeviceMemoryProperties memory;
     std::uint32_t queue_family = 0;
@@ -31,6 +35,8 @@ struct Context::Handles {
     DeviceInfo info;
     std::filesystem::path pipelines_file;  // where they are kept; empty: nowhere
     std::string kept_pipelines;            // the hash of what was there; empty: nothing
+
+    bool hangs = false;  // it did not end work in time: nothing waits for it any more
 
     std::uint64_t allocated = 0;
     std::uint64_t peak_allocated = 0;

@@ -54,7 +54,10 @@ Kernel::Kernel(Context& context, const std::string& name, std::span<const std::u
             stage.flags |= vk::PipelineShaderStageCreateFlagBits::eRequireFullSubgroupsEXT;
             stage.pNext = &size;
         }
-        h.pipeline = {c.device, c.pipelines, vk::ComputePipelineCreateInfo({}, stage, *h.layout)};
+        // Any kernel may be cut into ranges of workgroups.
+        h.pipeline = {c.device, c.pipelines,
+                      vk::ComputePipelineCreateInfo(vk::PipelineCreateFlagBits::eDispatchBase,
+                                                    stage, *h.layout)};
     });
 }
 

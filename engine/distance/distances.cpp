@@ -70,12 +70,18 @@ DistanceResult compute_distances(Engines& engines, const Database& database,
     const VoxelList voxels(domain, options.voxels);
     workload.voxels = voxels.size();
     const SlabPlan plan = plan_slabs(needs, options.memory_bytes, workload);
+    double done = 0;
+    const std::function<void()> report = [&] {
+        if (options.progress) {
+            options.progress(done);
+        }
+    };
     for (auto& part : parts) {
         part.work = part.share.engine->start(part.metrics,
                                              {.materials = static_cast<std::uint32_t>(materials),
                                               .slab_blocks = plan.slab_blocks,
                                               .grid_voxels = database.grid().voxels()},
-                                             {database, voxels, seconds, result.warnings});
+                                             {database, voxels, seconds, result.warnings, report});
     }
     SlabReader reader(database, voxels);
     for (std::uint64_t i = 0; i < plan.slabs; ++i) {
@@ -94,9 +100,8 @@ DistanceResult compute_distances(Engines& engines, const Database& database,
         for (auto& part : parts) {
             part.work->compute();
         }
-        if (options.progress) {
-            options.progress(static_cast<double>(i + 1) / static_cast<double>(plan.slabs));
-        }
+        done = static_cast<double>(i + 1) / static_cast<double>(plan.slabs);
+        report();
     }
     result.distances.resize(metrics.size());
     for (auto& part : parts) {

@@ -19,8 +19,9 @@ struct DistanceOptions {
     /// totals. Not on the distances themselves, 16 bytes a pair and metric.
     std::uint64_t memory_bytes = 1ULL << 30U;
     VoxelSet voxels = VoxelSet::above_horizon;
-    /// Called after every slab with the share that is done, from 0 to 1. An exception thrown by it
-    /// ends the computation and leaves through compute_distances().
+    /// Called after every slab with the share that is done, from 0 to 1, and with the same share
+    /// again while a device is waited for. An exception thrown by it ends the computation and
+    /// leaves through compute_distances().
     std::function<void(double)> progress = {};
 };
 

@@ -144,16 +144,6 @@ class Slot {
         }
     }
 
-    /// The device may still be at work when something else has failed.
-    ~Slot() {
-        try {
-            submission_.wait();
-        } catch (const std::exception&) {  // the other failure is the one to tell
-        }
-    }
-    Slot(const Slot&) = delete;
-    Slot& operator=(const Slot&) = delete;
-
   private:
     Buffer samples_;
     std::vector<Buffer> images_;

@@ -13,18 +13,22 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <ctime>
 #include <map>
 #include <mutex>
+#include <set>
 #include <span>
 #include <sstream>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 namespace {
 
 constexpr const char* kName = "VK_LAYER_MERL_SCAN_other_device";
 constexpr const char* kPortabilitySubset = "VK_KHR_portability_subset";
+constexpr char kNeverWritten = '\xa5';
 constexpr std::uint64_t kMebibyte = std::uint64_t{1} << 20U;
 
 struct Settings {
@@ -33,15 +37,19 @@ struct Settings {
     std::uint64_t bar = 0;              // bar=MIB of that can be mapped; needs heap
     std::uint64_t fail_allocation = 0;  // fail-allocation=N: the Nth fails, and all after it
     std::uint64_t lose_at = 0;          // lose-at=N: the Nth submission finds the device lost
+    std::uint64_t hang_at = 0;          // hang-at=N: the Nth submission and all after it never end
     std::uint64_t timestamp_bits = 64;  // timestamp-bits=N
     std::uint64_t groups = 0;           // groups=N: the most workgroups along x and y
+    std::uint64_t groups_at_once = 0;   // groups-at-once=N: a submission of more loses the device
     std::uint64_t storage_buffer = 0;   // storage-buffer=MIB: the largest
     bool no_usable_memory = false;      // no-usable-memory: none that can be mapped
-    bool no_float64 = false;            // no-float64
-    std::uint64_t subgroup = 0;         // subgroup=N is what it says, and pipelines cannot choose
-    bool software = false;              // software: a kind=... that computes on the processor
-    bool untested = false;              // untested: a driver that is not conformant
-    bool portability = false;           // portability: only for those who ask for such devices
+    bool transfer_queue = false;  // transfer-queue: a second family of queues, which only copy
+    bool no_float64 = false;      // no-float64
+    bool non_coherent = false;    // non-coherent: what is mapped has to be flushed, invalidated
+    std::uint64_t subgroup = 0;   // subgroup=N is what it says, and pipelines cannot choose
+    bool software = false;        // software: a kind=... that computes on the processor
+    bool untested = false;        // untested: a driver that is not conformant
+    bool portability = false;     // portability: only for those who ask for such devices
 };
 
 std::uint64_t number(const std::string& word, const std::string& text) {
@@ -64,13 +72,17 @@ Settings read_settings() {
         {"bar", &Settings::bar},
         {"fail-allocation", &Settings::fail_allocation},
         {"lose-at", &Settings::lose_at},
+        {"hang-at", &Settings::hang_at},
         {"timestamp-bits", &Settings::timestamp_bits},
         {"groups", &Settings::groups},
         {"subgroup", &Settings::subgroup},
+        {"groups-at-once", &Settings::groups_at_once},
         {"storage-buffer", &Settings::storage_buffer}};
     const std::map<std::string, bool Settings::*> switches = {
         {"no-usable-memory", &Settings::no_usable_memory},
+        {"transfer-queue", &Settings::transfer_queue},
         {"no-float64", &Settings::no_float64},
+        {"non-coherent", &Settings::non_coherent},
         {"software", &Settings::software},
         {"untested", &Settings::untested},
         {"portability", &Settings::portability}};
@@ -129,6 +141,9 @@ struct Memory {
     std::uint32_t heap;
     std::uint64_t bytes;
     bool can_be_mapped;
+    // What the host maps of memory that is not coherent, and the real memory behind it.
+    std::vector<char> shadow = {};
+    char* real = nullptr;
 };
 
 std::mutex lock;
@@ -139,6 +154,15 @@ std::map<std::uint32_t, std::uint64_t> used;  // bytes of each heap
 bool asked_for_portability = false;
 std::uint64_t allocations = 0;
 std::uint64_t submissions = 0;
+std::map<VkCommandBuffer, std::uint64_t> groups;  // that each dispatches
+// With a queue that only copies: what is for it, and what was handed to it and not begun.
+constexpr std::uint32_t kTransferFamily = 1;  // lavapipe has one
+std::set<VkCommandPool> transfer_pools;
+std::set<VkCommandBuffer> transfer_commands;
+std::map<VkSemaphore, VkCommandBuffer> held;
+std::set<VkBuffer> kernel_buffers;
+std::set<VkCommandBuffer> misplaced;  // copy what that queue should
+std::set<VkFence> hung;               // of submissions that never end
 
 template <typename Handle>
 void* key(Handle handle) {
@@ -318,7 +342,7 @@ VKAPI_ATTR void VKAPI_CALL get_features2(VkPhysicalDevice device,
 }
 
 /// As a card has them: memory of its own, a part of it that the host reaches, and the host's.
-void change(VkPhysicalDeviceMemoryProperties& memory) {
+void change_heaps(VkPhysicalDeviceMemoryProperties& memory) {
     constexpr VkMemoryPropertyFlags kOwn = VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT;
     constexpr VkMemoryPropertyFlags kHost =
         VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT;
@@ -350,6 +374,14 @@ void change(VkPhysicalDeviceMemoryProperties& memory) {
     add_type(kHost | VK_MEMORY_PROPERTY_HOST_CACHED_BIT, host);
 }
 
+void change(VkPhysicalDeviceMemoryProperties& memory) {
+    change_heaps(memory);
+    for (std::uint32_t i = 0; settings().non_coherent && i < memory.memoryTypeCount; ++i) {
+        memory.memoryTypes[i].propertyFlags &=
+            ~VkMemoryPropertyFlags{VK_MEMORY_PROPERTY_HOST_COHERENT_BIT};
+    }
+}
+
 VKAPI_ATTR void VKAPI_CALL get_memory(VkPhysicalDevice device,
                                       VkPhysicalDeviceMemoryProperties* memory) {
     BELOW_INSTANCE(device, vkGetPhysicalDeviceMemoryProperties)(device, memory);
@@ -375,7 +407,15 @@ VKAPI_ATTR void VKAPI_CALL get_memory2(VkPhysicalDevice device,
 
 VKAPI_ATTR void VKAPI_CALL get_families(VkPhysicalDevice device, std::uint32_t* count,
                                         VkQueueFamilyProperties* families) {
+    const std::uint32_t room = *count;
     BELOW_INSTANCE(device, vkGetPhysicalDeviceQueueFamilyProperties)(device, count, families);
+    if (settings().transfer_queue && families == nullptr) {
+        ++*count;
+    } else if (settings().transfer_queue && room > *count) {
+        families[*count] = families[0];
+        families[*count].queueFlags = VK_QUEUE_TRANSFER_BIT;
+        ++*count;
+    }
     for (std::uint32_t i = 0; families != nullptr && i < *count; ++i) {
         families[i].timestampValidBits = static_cast<std::uint32_t>(
             std::min<std::uint64_t>(families[i].timestampValidBits, settings().timestamp_bits));
@@ -399,7 +439,7 @@ VKAPI_ATTR VkResult VKAPI_CALL create_device(VkPhysicalDevice physical,
     link->u.pLayerInfo = link->u.pLayerInfo->pNext;
     const auto create = reinterpret_cast<PFN_vkCreateDevice>(
         get_instance(below_instance(physical).handle, "vkCreateDevice"));
-    VkDeviceCreateInfo changed = *info;
+    VkDeviceCreateInfo real = *info;
     std::vector<const char*> extensions(
         info->ppEnabledExtensionNames, info->ppEnabledExtensionNames + info->enabledExtensionCount);
     if (settings().portability && std::erase_if(extensions, [](const char* name) {
@@ -407,9 +447,16 @@ VKAPI_ATTR VkResult VKAPI_CALL create_device(VkPhysicalDevice physical,
                                   }) == 0) {
         return VK_ERROR_EXTENSION_NOT_PRESENT;  // a device that has it must be asked for it
     }
-    changed.enabledExtensionCount = static_cast<std::uint32_t>(extensions.size());
-    changed.ppEnabledExtensionNames = extensions.data();
-    const VkResult result = create(physical, &changed, allocator, device);
+    real.enabledExtensionCount = static_cast<std::uint32_t>(extensions.size());
+    real.ppEnabledExtensionNames = extensions.data();
+    std::vector<VkDeviceQueueCreateInfo> queues(
+        info->pQueueCreateInfos, info->pQueueCreateInfos + info->queueCreateInfoCount);
+    if (settings().transfer_queue) {
+        std::erase_if(queues, [](const auto& q) { return q.queueFamilyIndex == kTransferFamily; });
+        real.pQueueCreateInfos = queues.data();
+        real.queueCreateInfoCount = static_cast<std::uint32_t>(queues.size());
+    }
+    const VkResult result = create(physical, &real, allocator, device);
     if (result == VK_SUCCESS) {
         const std::lock_guard guard(lock);
         devices[key(*device)] = DeviceBelow(*device, get_device);
@@ -445,6 +492,64 @@ VKAPI_ATTR VkResult VKAPI_CALL create_module(VkDevice device, const VkShaderModu
         return VK_ERROR_INVALID_SHADER_NV;
     }
     return BELOW_DEVICE(device, vkCreateShaderModule)(device, info, allocator, module);
+}
+
+bool is_transfer(std::uint32_t family) {
+    return settings().transfer_queue && family == kTransferFamily;
+}
+
+VKAPI_ATTR void VKAPI_CALL get_queue(VkDevice device, std::uint32_t family, std::uint32_t index,
+                                     VkQueue* queue) {
+    BELOW_DEVICE(device, vkGetDeviceQueue)(device, is_transfer(family) ? 0 : family, index, queue);
+}
+
+VKAPI_ATTR VkResult VKAPI_CALL create_pool(VkDevice device, const VkCommandPoolCreateInfo* info,
+                                           const VkAllocationCallbacks* allocator,
+                                           VkCommandPool* pool) {
+    VkCommandPoolCreateInfo real = *info;
+    real.queueFamilyIndex = is_transfer(info->queueFamilyIndex) ? 0 : info->queueFamilyIndex;
+    const VkResult result =
+        BELOW_DEVICE(device, vkCreateCommandPool)(device, &real, allocator, pool);
+    const std::lock_guard guard(lock);
+    if (result == VK_SUCCESS && is_transfer(info->queueFamilyIndex)) {
+        transfer_pools.insert(*pool);
+    } else if (result == VK_SUCCESS) {
+        transfer_pools.erase(*pool);
+    }
+    return result;
+}
+
+VKAPI_ATTR VkResult VKAPI_CALL allocate_commands(VkDevice device,
+                                                 const VkCommandBufferAllocateInfo* info,
+                                                 VkCommandBuffer* commands) {
+    const VkResult result = BELOW_DEVICE(device, vkAllocateCommandBuffers)(device, info, commands);
+    const std::lock_guard guard(lock);
+    for (std::uint32_t i = 0; result == VK_SUCCESS && i < info->commandBufferCount; ++i) {
+        if (transfer_pools.contains(info->commandPool)) {
+            transfer_commands.insert(commands[i]);
+        } else {
+            transfer_commands.erase(commands[i]);  // of a pool that is gone
+        }
+    }
+    return result;
+}
+
+VKAPI_ATTR VkResult VKAPI_CALL create_buffer(VkDevice device, const VkBufferCreateInfo* info,
+                                             const VkAllocationCallbacks* allocator,
+                                             VkBuffer* buffer) {
+    VkBufferCreateInfo real = *info;
+    if (settings().transfer_queue) {
+        real.sharingMode = VK_SHARING_MODE_EXCLUSIVE;
+    }
+    const VkResult result = BELOW_DEVICE(device, vkCreateBuffer)(device, &real, allocator, buffer);
+    if (result == VK_SUCCESS) {
+        const std::lock_guard guard(lock);
+        kernel_buffers.erase(*buffer);
+        if ((info->usage & VK_BUFFER_USAGE_STORAGE_BUFFER_BIT) != 0) {
+            kernel_buffers.insert(*buffer);
+        }
+    }
+    return result;
 }
 
 VKAPI_ATTR void VKAPI_CALL get_requirements(VkDevice device, VkBuffer buffer,
@@ -512,19 +617,158 @@ VKAPI_ATTR VkResult VKAPI_CALL map_memory(VkDevice device, VkDeviceMemory memory
             return VK_ERROR_MEMORY_MAP_FAILED;
         }
     }
-    return BELOW_DEVICE(device, vkMapMemory)(device, memory, offset, size, flags, data);
+    const VkResult result =
+        BELOW_DEVICE(device, vkMapMemory)(device, memory, offset, size, flags, data);
+    if (result == VK_SUCCESS && settings().non_coherent) {
+        const std::lock_guard guard(lock);
+        auto& mapped = memories.at(memory);
+        mapped.shadow.assign(mapped.bytes, kNeverWritten);
+        mapped.real = static_cast<char*>(*data) - offset;
+        *data = mapped.shadow.data() + offset;
+    }
+    return result;
 }
 
-VKAPI_ATTR VkResult VKAPI_CALL submit(VkQueue queue, std::uint32_t count, const VkSubmitInfo* infos,
-                                      VkFence fence) {
-    {
-        const std::lock_guard guard(lock);
-        ++submissions;
-        if (settings().lose_at > 0 && submissions >= settings().lose_at) {
-            return VK_ERROR_DEVICE_LOST;
+/// Copies between what the host maps and the real memory.
+void copy_ranges(std::span<const VkMappedMemoryRange> ranges, bool to_real) {
+    const std::lock_guard guard(lock);
+    for (const auto& range : ranges) {
+        auto& mapped = memories.at(range.memory);
+        if (mapped.real != nullptr) {
+            const auto bytes = std::min(range.size, mapped.bytes - range.offset);
+            char* const shadow = mapped.shadow.data() + range.offset;
+            char* const real = mapped.real + range.offset;
+            std::memcpy(to_real ? real : shadow, to_real ? shadow : real, bytes);
         }
     }
-    return BELOW_DEVICE(queue, vkQueueSubmit)(queue, count, infos, fence);
+}
+
+VKAPI_ATTR VkResult VKAPI_CALL flush_ranges(VkDevice device, std::uint32_t count,
+                                            const VkMappedMemoryRange* ranges) {
+    copy_ranges({ranges, count}, /*to_real=*/true);
+    return BELOW_DEVICE(device, vkFlushMappedMemoryRanges)(device, count, ranges);
+}
+
+VKAPI_ATTR VkResult VKAPI_CALL invalidate_ranges(VkDevice device, std::uint32_t count,
+                                                 const VkMappedMemoryRange* ranges) {
+    const VkResult result =
+        BELOW_DEVICE(device, vkInvalidateMappedMemoryRanges)(device, count, ranges);
+    copy_ranges({ranges, count}, /*to_real=*/false);
+    return result;
+}
+
+VKAPI_ATTR VkResult VKAPI_CALL begin_commands(VkCommandBuffer commands,
+                                              const VkCommandBufferBeginInfo* info) {
+    {
+        const std::lock_guard guard(lock);
+        groups[commands] = 0;
+        misplaced.erase(commands);
+    }
+    return BELOW_DEVICE(commands, vkBeginCommandBuffer)(commands, info);
+}
+
+void count_groups(VkCommandBuffer commands, std::uint64_t x, std::uint64_t y, std::uint64_t z) {
+    const std::lock_guard guard(lock);
+    groups[commands] += x * y * z;
+}
+
+VKAPI_ATTR void VKAPI_CALL dispatch(VkCommandBuffer commands, std::uint32_t x, std::uint32_t y,
+                                    std::uint32_t z) {
+    count_groups(commands, x, y, z);
+    BELOW_DEVICE(commands, vkCmdDispatch)(commands, x, y, z);
+}
+
+VKAPI_ATTR void VKAPI_CALL dispatch_base(VkCommandBuffer commands, std::uint32_t first_x,
+                                         std::uint32_t first_y, std::uint32_t first_z,
+                                         std::uint32_t x, std::uint32_t y, std::uint32_t z) {
+    count_groups(commands, x, y, z);
+    BELOW_DEVICE(commands, vkCmdDispatchBase)(commands, first_x, first_y, first_z, x, y, z);
+}
+
+VKAPI_ATTR void VKAPI_CALL copy_buffer(VkCommandBuffer commands, VkBuffer from, VkBuffer to,
+                                       std::uint32_t count, const VkBufferCopy* regions) {
+    {
+        const std::lock_guard guard(lock);
+        if (settings().transfer_queue && kernel_buffers.contains(to) &&
+            !transfer_commands.contains(commands)) {
+            misplaced.insert(commands);
+        }
+    }
+    BELOW_DEVICE(commands, vkCmdCopyBuffer)(commands, from, to, count, regions);
+}
+
+/// Whether a submission would take a watchdog too long.
+bool is_too_much(std::span<const VkSubmitInfo> infos) {
+    std::uint64_t all = 0;
+    for (const auto& info : infos) {
+        for (std::uint32_t i = 0; i < info.commandBufferCount; ++i) {
+            all += groups[info.pCommandBuffers[i]];
+        }
+    }
+    return settings().groups_at_once > 0 && all > settings().groups_at_once;
+}
+
+/// Queues run side by side: what is handed to the one that only copies begins as late as it may,
+/// when a submission waits for it. Copies to kernels must not be anywhere else.
+VKAPI_ATTR VkResult VKAPI_CALL submit(VkQueue queue, std::uint32_t count, const VkSubmitInfo* infos,
+                                      VkFence fence) {
+    std::vector<std::pair<VkSemaphore, VkCommandBuffer>> before;
+    {
+        const std::lock_guard guard(lock);
+        if (transfer_commands.contains(infos[0].pCommandBuffers[0])) {
+            held[infos[0].pSignalSemaphores[0]] = infos[0].pCommandBuffers[0];
+            return VK_SUCCESS;
+        }
+        if (misplaced.contains(infos[0].pCommandBuffers[0])) {
+            return VK_ERROR_DEVICE_LOST;
+        }
+        for (std::uint32_t i = 0; i < infos[0].waitSemaphoreCount; ++i) {
+            if (const auto node = held.extract(infos[0].pWaitSemaphores[i])) {
+                before.emplace_back(node.key(), node.mapped());
+            }
+        }
+        ++submissions;
+        if ((settings().lose_at > 0 && submissions >= settings().lose_at) ||
+            is_too_much({infos, count})) {
+            return VK_ERROR_DEVICE_LOST;
+        }
+        if (settings().hang_at > 0 && submissions >= settings().hang_at) {
+            hung.insert(fence);
+            return VK_SUCCESS;
+        }
+    }
+    const auto real_submit = BELOW_DEVICE(queue, vkQueueSubmit);
+    for (const auto& [semaphore, commands] : before) {
+        VkSubmitInfo info = {};
+        info.sType = VK_STRUCTURE_TYPE_SUBMIT_INFO;
+        info.commandBufferCount = 1;
+        info.pCommandBuffers = &commands;
+        info.signalSemaphoreCount = 1;
+        info.pSignalSemaphores = &semaphore;
+        const VkResult result = real_submit(queue, 1, &info, VK_NULL_HANDLE);
+        if (result != VK_SUCCESS) {
+            return result;
+        }
+    }
+    return real_submit(queue, count, infos, fence);
+}
+
+/// For what never ends a wait takes as long as was asked, but no more than a tenth of a second, so
+/// that a test need not be patient.
+VKAPI_ATTR VkResult VKAPI_CALL wait_for_fences(VkDevice device, std::uint32_t count,
+                                               const VkFence* fences, VkBool32 all,
+                                               std::uint64_t timeout) {
+    bool ends = true;
+    {
+        const std::lock_guard guard(lock);
+        ends = std::none_of(fences, fences + count, [](VkFence f) { return hung.contains(f); });
+    }
+    if (ends) {
+        return BELOW_DEVICE(device, vkWaitForFences)(device, count, fences, all, timeout);
+    }
+    const timespec span = {0, static_cast<long>(std::min<std::uint64_t>(timeout, 100'000'000))};
+    ::nanosleep(&span, nullptr);
+    return VK_TIMEOUT;
 }
 
 VKAPI_ATTR VkResult VKAPI_CALL get_results(VkDevice device, VkQueryPool pool, std::uint32_t first,
@@ -574,11 +818,22 @@ const std::map<std::string_view, PFN_vkVoidFunction> own_functions = {
     {"vkCreateDevice", as_function(create_device)},
     {"vkDestroyDevice", as_function(destroy_device)},
     {"vkCreateShaderModule", as_function(create_module)},
+    {"vkGetDeviceQueue", as_function(get_queue)},
+    {"vkCreateCommandPool", as_function(create_pool)},
+    {"vkAllocateCommandBuffers", as_function(allocate_commands)},
+    {"vkCreateBuffer", as_function(create_buffer)},
+    {"vkCmdCopyBuffer", as_function(copy_buffer)},
     {"vkGetBufferMemoryRequirements", as_function(get_requirements)},
     {"vkAllocateMemory", as_function(allocate)},
     {"vkFreeMemory", as_function(free_memory)},
     {"vkMapMemory", as_function(map_memory)},
+    {"vkFlushMappedMemoryRanges", as_function(flush_ranges)},
+    {"vkInvalidateMappedMemoryRanges", as_function(invalidate_ranges)},
+    {"vkBeginCommandBuffer", as_function(begin_commands)},
+    {"vkCmdDispatch", as_function(dispatch)},
+    {"vkCmdDispatchBase", as_function(dispatch_base)},
     {"vkQueueSubmit", as_function(submit)},
+    {"vkWaitForFences", as_function(wait_for_fences)},
     {"vkGetQueryPoolResults", as_function(get_results)}};
 
 PFN_vkVoidFunction own_function(std::string_view name) {

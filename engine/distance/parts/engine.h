@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <limits>
 #include <memory>
 #include <span>
@@ -68,6 +69,8 @@ struct WorkSite {
     const VoxelList& voxels;
     DistanceSeconds& seconds;
     std::vector<std::string>& warnings;  // one line each, for the user
+    /// To be called every now and then while work is waited for; what it throws ends the work.
+    const std::function<void()>& meanwhile;
 };
 
 /// One computation: some metrics of one database, slab by slab, in the order of the voxels.

@@ -80,8 +80,9 @@ class VulkanWork final : public EngineWork {
         s.upload(slot.buffers.samples, slot.buffers.samples.bytes());
         s.upload(slot.buffers.geometry, slot.buffers.geometry.bytes());
         s.mark();
+        PacedWork work(s);
         for (std::size_t m = 0; m < metrics_.size(); ++m) {
-            metrics_[m].record(s, slot.products[m], static_cast<std::uint32_t>(slab_->voxels),
+            metrics_[m].record(work, slot.products[m], static_cast<std::uint32_t>(slab_->voxels),
                                slot.blocks);
         }
         s.submit();
@@ -108,12 +109,13 @@ class VulkanWork final : public EngineWork {
             return;
         }
         Stopwatch watch;
-        slot.submission.wait();
+        slot.submission.wait(site_.meanwhile);
         site_.seconds.waiting += watch.lap();
         const auto device = slot.submission.seconds();
         for (std::size_t m = 0; m < metrics_.size(); ++m) {
             site_.seconds.transform += device[2 * m];
             site_.seconds.difference += device[2 * m + 1];
+            metrics_[m].measured(slot.products[m], device[2 * m], device[2 * m + 1]);
             if (const auto* finding = VulkanMetric::finding(slot.products[m])) {
                 look_at(metrics_[m].metric(), *finding, slot.first);
             }

@@ -15,7 +15,6 @@ using device::BoundKernel;
 using device::Buffer;
 using device::Context;
 using device::Kernel;
-using device::Submission;
 using device::Texels;
 using device::Traffic;
 
@@ -45,6 +44,19 @@ struct CheckPush {
 struct TilesPush {
     std::uint32_t tiles_across, materials;
 };
+
+/// What making the grid of a block of a material takes, in float32 operations: some 64 a sample in
+/// float64, of which a card that is made for games does one in the time of 32. Nobody knows what a
+/// user's metric does.
+double grid_operations(const Metric& metric) {
+    return 3.0 * kBlockVoxels * 64 * 32 * (metric.has_twin() ? 1 : 10);
+}
+
+/// What a block of a pair takes: 16 a scalar for a power, 400 a voxel for the longest difference of
+/// the library.
+double pair_operations(const Metric& metric) {
+    return kBlockVoxels * (!metric.has_twin() ? 4000.0 : metric.has_bound() ? 3 * 16.0 : 400.0);
+}
 
 template <typename T>
 std::span<const std::byte> bytes_of(const T& push) {
@@ -186,6 +198,35 @@ ScratchBuffers::ScratchBuffers(Context& context, const DeviceExtent& extent,
     }
 }
 
+void PacedWork::record(const BoundKernel& kernel, std::span<const std::byte> push,
+                       const device::GroupRange& range, const Share& share) {
+    const double units =
+        share.units_of_group * static_cast<double>(range.groups_x) * range.groups_y;
+    const double filling = units / static_cast<double>(share.budget.units());
+    if (filled_ > 0 && filled_ + filling > 1) {
+        submission.split();
+        filled_ = 0;
+    }
+    submission.dispatch(kernel, push, range);
+    filled_ += filling;
+    share.total += units;
+}
+
+void PacedWork::dispatch(const BoundKernel& kernel, std::span<const std::byte> push,
+                         std::uint32_t groups_x, std::uint32_t groups_y, const Share& share) {
+    const double most = static_cast<double>(share.budget.units()) / share.units_of_group;
+    const auto limit =
+        static_cast<std::uint64_t>(std::clamp(most, 1.0, static_cast<double>(groups_x) * groups_y));
+    for (const auto& range : cut_groups(groups_x, groups_y, limit)) {
+        record(kernel, push, range, share);
+    }
+}
+
+void PacedWork::dispatch_whole(const BoundKernel& kernel, std::span<const std::byte> push,
+                               std::uint32_t groups_x, std::uint32_t groups_y, const Share& share) {
+    record(kernel, push, {.groups_x = groups_x, .groups_y = groups_y}, share);
+}
+
 VulkanMetric::VulkanMetric(Context& context, const DeviceExtent& extent, const Metric& metric,
                            std::uint64_t grid_voxels)
     : VulkanMetric(context, extent, metric, grid_voxels, compile_kernels(metric)) {}
@@ -195,7 +236,9 @@ VulkanMetric::VulkanMetric(Context& context, const DeviceExtent& extent, const M
     : metric_(&metric),
       extent_(extent),
       tiles_(extent.tiles_of(metric)),
-      totals_(metric, extent.materials, tiles_, grid_voxels, kRoundings) {
+      totals_(metric, extent.materials, tiles_, grid_voxels, kRoundings),
+      grid_budget_(context.info(), grid_operations(metric)),
+      pair_budget_(context.info(), pair_operations(metric)) {
     // Drivers take longer than anything else here, and use one thread for a kernel.
     tbb::parallel_invoke(
         [&] {
@@ -266,48 +309,66 @@ VulkanMetric::Products::Products(Context& context, const VulkanMetric& work, Sla
     }
 }
 
-void VulkanMetric::record(Submission& submission, Products& products, std::uint32_t voxels,
+void VulkanMetric::record(PacedWork& work, Products& products, std::uint32_t voxels,
                           std::uint32_t blocks) const {
+    auto& submission = work.submission;
     const std::uint32_t slab_voxels = blocks * kBlockVoxels;
     const std::uint32_t padded = tiles_.padded_materials();
     const TilesPush tiles = {tiles_.across, extent_.materials};
-    const auto pairs = [&](BoundKernel& above_diagonal, BoundKernel& diagonal) {
-        if (tiles_.above_diagonal() > 0) {
-            submission.dispatch(above_diagonal, bytes_of(tiles), tiles_.above_diagonal(), blocks);
-        }
-        submission.dispatch(diagonal, bytes_of(tiles), tiles_.across, blocks);
+    products.grid_units_ = 0;
+    products.pair_units_ = 0;
+    const auto grid_work = [&](double units_of_group) -> PacedWork::Share {
+        return {units_of_group, grid_budget_, products.grid_units_};
     };
-    submission.dispatch(*products.weigh_, bytes_of(WeighPush{voxels}), slab_voxels / kLanes, 1);
-    submission.dispatch(
-        *products.prepare_,
-        bytes_of(PreparePush{extent_.slab_blocks, extent_.materials, padded, voxels}),
-        slab_voxels / kCellVoxels / kLanes, padded);
-    if (products.norm_) {
-        submission.dispatch(*products.norm_, bytes_of(tiles), padded, blocks);
+    const auto pair_work = [&](double units_of_group) -> PacedWork::Share {
+        return {units_of_group, pair_budget_, products.pair_units_};
+    };
+    const auto pairs = [&](BoundKernel& above_diagonal, BoundKernel& diagonal, double of_pair) {
+        const auto of_tile = of_pair * static_cast<double>(tiles_.pairs_of_tile());
+        if (tiles_.above_diagonal() > 0) {
+            work.dispatch(above_diagonal, bytes_of(tiles), tiles_.above_diagonal(), blocks,
+                          pair_work(of_tile));
+        }
+        work.dispatch(diagonal, bytes_of(tiles), tiles_.across, blocks, pair_work(of_tile / 2));
+    };
+    constexpr std::uint32_t kGroupsOfBlock = kBlockVoxels / kLanes;
+    work.dispatch(*products.weigh_, bytes_of(WeighPush{voxels}), slab_voxels / kLanes, 1,
+                  grid_work(1.0 / kGroupsOfBlock));
+    work.dispatch(*products.prepare_,
+                  bytes_of(PreparePush{extent_.slab_blocks, extent_.materials, padded, voxels}),
+                  slab_voxels / kCellVoxels / kLanes, padded,
+                  grid_work(1.0 * kCellVoxels / kGroupsOfBlock));
+    if (products.norm_) {  // as much as a pair, which is a small part of making the grid
+        work.dispatch_whole(*products.norm_, bytes_of(tiles), padded, blocks, grid_work(1.0 / 64));
         submission.download(*products.norms_, products.norms_->bytes());
     }
     submission.mark();
     if (products.slope_) {
-        submission.dispatch(*products.range_, bytes_of(tiles), padded, blocks);
-        pairs(*products.slope_, *products.diagonal_slope_);
+        work.dispatch_whole(*products.range_, bytes_of(tiles), padded, blocks, pair_work(1));
+        pairs(*products.slope_, *products.diagonal_slope_, 1.0 / 16);
         submission.download(*products.slopes_, products.slopes_->bytes());
     }
     const std::uint32_t rows = tiles_.count() * tiles_.side;  // of all tiles
     if (products.diagonal_difference_) {
-        pairs(*products.difference_, *products.diagonal_difference_);
+        pairs(*products.difference_, *products.diagonal_difference_, 1);
     } else {
-        submission.dispatch(*products.difference_, bytes_of(tiles), rows, blocks);
+        work.dispatch(*products.difference_, bytes_of(tiles), rows, blocks, pair_work(tiles_.side));
     }
     submission.download(products.sums_, products.sums_.bytes());
     if (products.check_) {
         for (std::uint32_t step = 0; step < 3; ++step) {
-            submission.dispatch(*products.check_,
-                                bytes_of(CheckPush{step, tiles_.across, extent_.materials, rows}),
-                                step == 1 ? rows : 1, step == 1 ? blocks : 1);
+            work.dispatch(*products.check_,
+                          bytes_of(CheckPush{step, tiles_.across, extent_.materials, rows}),
+                          step == 1 ? rows : 1, step == 1 ? blocks : 1, pair_work(tiles_.side));
         }
         submission.download(*products.finding_, sizeof(Finding));
     }
     submission.mark();
+}
+
+void VulkanMetric::measured(const Products& products, double grid_seconds, double pair_seconds) {
+    grid_budget_.measured(products.grid_units_, grid_seconds);
+    pair_budget_.measured(products.pair_units_, pair_seconds);
 }
 
 void VulkanMetric::add(const Products& products, std::uint32_t blocks) {

@@ -11,6 +11,7 @@
 #include "engine/device/submission.h"
 #include "engine/distance/parts/engine.h"
 #include "engine/distance/parts/pair_totals.h"
+#include "engine/distance/vulkan/work_budget.h"
 #include "engine/metric/check/finding.h"
 #include "engine/metric/metric.h"
 #include "engine/metric/metric_kernels.h"
@@ -63,6 +64,35 @@ struct ScratchBuffers {
     std::optional<device::Buffer> ranges;  // [block][material][chunk], where a metric has slopes
 };
 
+/// Records kernels so that no submit is more than the device's budget.
+class PacedWork {
+  public:
+    explicit PacedWork(device::Submission& submission_) : submission(submission_) {}
+
+    /// What a kernel does, in units of a budget.
+    struct Share {
+        double units_of_group = 0;
+        const WorkBudget& budget;
+        double& total;  // to which the units are added
+    };
+
+    /// A kernel that does not look at gl_NumWorkGroups, in as many ranges as it takes.
+    void dispatch(const device::BoundKernel& kernel, std::span<const std::byte> push,
+                  std::uint32_t groups_x, std::uint32_t groups_y, const Share& share);
+
+    /// Any kernel, in one piece.
+    void dispatch_whole(const device::BoundKernel& kernel, std::span<const std::byte> push,
+                        std::uint32_t groups_x, std::uint32_t groups_y, const Share& share);
+
+    device::Submission& submission;
+
+  private:
+    void record(const device::BoundKernel& kernel, std::span<const std::byte> push,
+                const device::GroupRange& range, const Share& share);
+
+    double filled_ = 0;  // share of one submit that the commands since the last split take
+};
+
 /// One metric on the device: its kernels (shaders/framework/), and the float64 totals of what they
 /// give.
 class VulkanMetric {
@@ -81,6 +111,8 @@ class VulkanMetric {
 
       private:
         friend class VulkanMetric;
+        double grid_units_ = 0;  // of work that was recorded
+        double pair_units_ = 0;
         device::Buffer sums_;                   // [block][tile][row][column]
         std::optional<device::Buffer> slopes_;  // likewise, with has_slopes()
         std::optional<device::Buffer> norms_;   // [block][material], with has_norms()
@@ -91,8 +123,11 @@ class VulkanMetric {
 
     /// Records everything for a slab of `voxels` voxels, filled up to `blocks` blocks. Marks twice:
     /// after the grid is made, and after the differences.
-    void record(device::Submission& submission, Products& products, std::uint32_t voxels,
+    void record(PacedWork& work, Products& products, std::uint32_t voxels,
                 std::uint32_t blocks) const;
+
+    /// The seconds up to either mark of a slab that is finished: what comes next is cut by them.
+    void measured(const Products& products, double grid_seconds, double pair_seconds);
 
     /// Adds the sums of a slab to the totals, each pair's in the order of the blocks.
     void add(const Products& products, std::uint32_t blocks);
@@ -111,6 +146,8 @@ class VulkanMetric {
     DeviceExtent extent_;
     PairTiles tiles_;
     PairTotals totals_;
+    WorkBudget grid_budget_;  // in blocks of a material
+    WorkBudget pair_budget_;  // in blocks of a pair
     std::optional<device::Kernel> weigh_, prepare_;
     std::optional<device::Kernel> difference_, diagonal_difference_;
     std::optional<device::Kernel> norm_, range_, slope_, diagonal_slope_, check_;

@@ -3,6 +3,8 @@
 
 import os
 import pathlib
+import random
+import signal
 import tempfile
 
 import support
@@ -10,6 +12,15 @@ from support import DEVICE, Case, read_json, tree, write_database
 
 LAYERS = os.pathsep.join([os.environ["OTHER_DEVICE_LAYERS"], "/usr/share/vulkan/explicit_layer.d"])
 GRID = (18, 12, 24)
+MINE = """// title: Mine
+// degree: 2
+
+vec3 transform(vec3 f, Voxel v) { return f; }
+
+float weight(Voxel v) { return v.cos_theta_i; }
+
+float difference(float d) { return d * d; }
+"""
 CARD = "kind=discrete heap=4096 bar=256"  # MiB, without resizable BAR
 
 
@@ -54,6 +65,8 @@ class OtherDevices(Case):
         for i, device in enumerate((CARD, "kind=discrete heap=4096 bar=4096", "kind=integrated heap=64 bar=64",
                                     "kind=discrete heap=4096", "kind=virtual groups=100",
                                     "kind=discrete storage-buffer=1", "kind=discrete heap=3 bar=1",
+                                    "kind=discrete heap=4096 bar=4096 non-coherent", CARD + " non-coherent",
+                                    CARD + " transfer-queue", CARD + " transfer-queue non-coherent timestamp-bits=0",
                                     "kind=discrete timestamp-bits=8", "kind=discrete timestamp-bits=0")):
             with self.subTest(device=device):
                 selection, found = self.results(device, "--device", "other", out=f"out-{i}")
@@ -100,6 +113,38 @@ class OtherDevices(Case):
                     self.refused(f"{device} lose-at={nth}", ["lost", "--device host"], "--force",
                                  "--memory", "4M")
                     self.assertEqual(tree(self.work), before)  # what was finished stays
+
+    def test_work_is_handed_over_in_pieces(self):
+        """Too much at once is what watchdogs end, and no digit depends on how work is cut. Without
+        timestamps the program stays with what it takes for safe at first."""
+        grid = (18, 24, 48)
+        some = support.samples(1, grid)
+        numbers = random.Random(1)
+        write_database(self.work / "larger", {
+            f"m{i:02}": [x * numbers.uniform(0.5, 1.5) for x in some] for i in range(80)}, grid)
+        (self.work / "mine.glsl").write_text(MINE)
+        limit = "timestamp-bits=0 groups-at-once={}"
+        for metrics in "cwcbrt,paw-ciede2000", "rmse,mine.glsl":
+            options = ("--database", "larger", "--metrics", metrics, "--device", "0", "--fast", "--force",
+                       "--disagreements", "0")
+            tables = []
+            for device in "kind=discrete", "kind=integrated " + limit.format(1000):
+                self.results(device, *options)
+                tables.append([(self.work / "out" / name).read_bytes() for name in ("pairs.csv", "selection.csv")])
+            self.assertEqual(*tables)
+            # A processor has no watchdog, and nothing is cut for it.
+            self.assert_refused(DEVICE, ["lost"], "scan", *options, **self.on(limit.format(4000)))
+
+    def test_a_device_that_hangs(self):
+        """Ctrl-C ends the program, which waits for work that never ends."""
+        before = tree(self.work)
+        with support.Running(self, "scan", "--database", "db", "--out", "out",
+                             **self.on("kind=discrete hang-at=1")) as running:
+            running.wait_for_partial()
+            running.wait_for(lambda: running.seconds() > 1.5)  # so that it waits by then
+            errors = running.stop(signal.SIGINT)
+        self.assertIn("nothing was written", self.only_line(errors))
+        self.assertEqual(tree(self.work), before)
 
     def test_no_float64(self):
         device = "kind=discrete no-float64"
@@ -172,12 +217,14 @@ class OtherDevices(Case):
         self.assertEqual(self.kept.read_text(), "a file")
 
     def test_spheres_are_the_same(self):
-        images = {}
-        for device in CARD, "kind=discrete heap=4096 bar=4096":
-            self.assert_success("render", "--database", "db", "--material", "m01", "--size", "40",
-                                "--out", "m01.exr", "--force", **self.on(device))
-            images[device] = (self.work / "m01.png").read_bytes()
-        self.assertEqual(len(set(images.values())), 1)
+        images = []
+        for device in (CARD, "kind=discrete heap=4096 bar=4096", CARD + " transfer-queue", CARD + " non-coherent",
+                       "kind=discrete heap=4096 bar=4096 non-coherent"):
+            self.assert_success("render", "--database", "db", "--size", "40", "--out", "spheres", "--force",
+                                **self.on(device))
+            images.append({path.name: path.read_bytes() for path in (self.work / "spheres").rglob("*.png")})
+            self.assertGreaterEqual(len(images[-1]), 12)
+            self.assertEqual(images[-1], images[0], device)
 
 
 if __name__ == "__main__":

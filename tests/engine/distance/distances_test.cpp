@@ -4,6 +4,8 @@
 #include <tbb/global_control.h>
 
 #include <cmath>
+#include <cstdlib>
+#include <memory>
 #include <string>
 
 #include "engine/database/abc_database.h"
@@ -300,6 +302,37 @@ TEST(Distances, ProgressReachesOneAndItsExceptionEndsTheWork) {
         std::runtime_error);
     EXPECT_EQ(compute_distances(test::host_engines(), database, one).distances[0].values.size(),
               3U);  // still works
+}
+
+/// lavapipe below a layer that makes it look like another device (tests/vulkan_layer).
+std::unique_ptr<device::Context> other_device(const std::string& changes) {
+    ::setenv("VK_LAYER_PATH", MERL_TEST_LAYERS ":/usr/share/vulkan/explicit_layer.d", 1);
+    ::setenv("VK_INSTANCE_LAYERS", "VK_LAYER_MERL_SCAN_other_device", 1);
+    ::setenv("MERL_SCAN_OTHER_DEVICE", changes.c_str(), 1);
+    auto context = std::make_unique<device::Context>();
+    for (const char* name : {"VK_LAYER_PATH", "VK_INSTANCE_LAYERS", "MERL_SCAN_OTHER_DEVICE"}) {
+        ::unsetenv(name);
+    }
+    return context;
+}
+
+TEST(Distances, ProgressIsHeardWhileADeviceWorks) {
+    const FunctionDatabase database({.theta_h = 7, .theta_d = 5, .phi_d = 3}, 3,
+                                    test::random_sample);
+    const Metric* const one[] = {&find_metric("rmse")};
+    const auto context = other_device("kind=discrete hang-at=1");
+    Engines engines(*context);
+    double last = 0;
+    EXPECT_THROW(compute_distances(engines, database, one,
+                                   {.progress =
+                                        [&](double share) {
+                                            if (share == last) {
+                                                throw std::runtime_error("enough");
+                                            }
+                                            last = share;
+                                        }}),
+                 std::runtime_error);
+    EXPECT_EQ(last, 1);
 }
 
 /// One sample of one material is large, and only such samples differ from themselves.
