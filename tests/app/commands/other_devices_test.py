@@ -180,6 +180,14 @@ class OtherDevices(Case):
         self.assertIn("a subgroup has 64 lanes", self.assert_success("devices", **self.on(lie)))
         self.refused(lie, ["a subgroup has 64 lanes", "lanes added up"], "--device", "other", "--out", "other")
 
+    def test_a_device_that_computes_wrongly(self):
+        self.kept = self.new_cache()
+        _, found = self.results("kind=discrete wrong")
+        self.assertEqual(found["engines"][0]["engine"], "host")
+        listed = self.assert_success("devices", **self.on("kind=discrete wrong"))
+        self.assertIn("computes wrongly: a distance under cwcbrt is", listed)
+        self.refused("kind=discrete wrong", ["computes wrongly", "devices.json"], "--device", "0", "--force")
+
     def test_a_driver_that_crashes(self):
         """RADV does, without hardware and for a family that it does not know."""
         self.kept = self.new_cache()
@@ -206,9 +214,15 @@ class OtherDevices(Case):
                        lambda whole: b"merl-scan cache 2" + whole[17:], lambda whole: b"\0" * (65 << 20)):
             for path, whole in files.items():
                 path.write_bytes(damage(whole))
+            damaged = {path: path.read_bytes() for path in kept.iterdir()}
             selection, _ = self.results("kind=discrete", "--force")
             self.assertEqual(selection, expected)
-            self.assertEqual({path: path.read_bytes() for path in kept.iterdir()}, files)
+            mended = {path: path.read_bytes() for path in kept.iterdir()}
+            self.assertEqual(mended.keys(), files.keys())
+            for path in files:
+                self.assertNotEqual(mended[path], damaged[path])
+            self.results("kind=discrete", "--force")
+            self.assertEqual({path: path.read_bytes() for path in kept.iterdir()}, mended)
 
     def test_nothing_can_be_kept(self):
         self.kept = self.new_cache()
