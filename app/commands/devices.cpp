@@ -20,10 +20,12 @@ void print_devices() {
         } else {
             print_line(fmt::format(
                 "   can be used: {:.1f} GiB of memory, buffers up to {:.2f} GiB, {} lanes a "
-                "subgroup",
+                "subgroup{}",
                 static_cast<double>(d.limits.heap_bytes) / 0x1p30,
-                static_cast<double>(d.limits.storage_buffer_bytes) / 0x1p30,
-                d.limits.subgroup_size));
+                static_cast<double>(d.limits.storage_buffer_bytes) / 0x1p30, d.limits.subgroup_size,
+                d.limits.floats.float64
+                    ? ""
+                    : "; without float64 in shaders: not for your own metrics"));
         }
     }
 }

@@ -19,6 +19,7 @@ class DeviceLostError : public Error {
 struct ContextOptions {
     std::string device;          // empty: best usable one; else an index or a part of the name
     bool force_staging = false;  // copy through staging buffers even where memory can be mapped
+    bool no_float64 = false;     // do without it even where shaders have it
 };
 
 /// A Vulkan device opened for compute: one queue, one command pool, the validation messages.

@@ -76,6 +76,17 @@ void describe_memory(const vk::raii::PhysicalDevice& physical, Limits& limits) {
     limits.stages_downloads = host_reaches_little(shared_memory(Traffic::download));
 }
 
+FloatControls describe_floats(const vk::PhysicalDeviceVulkan12Properties& v12, bool float64) {
+    FloatControls floats = {.float64 = float64};
+    // Widths that are not independent are told the same, or nothing.
+    floats.both_to_nearest =
+        float64 && v12.roundingModeIndependence == vk::ShaderFloatControlsIndependence::eNone;
+    floats.to_nearest = v12.shaderRoundingModeRTEFloat32 &&
+                        (!floats.both_to_nearest || v12.shaderRoundingModeRTEFloat64);
+    floats.keeps_nan = v12.shaderSignedZeroInfNanPreserveFloat32;
+    return floats;
+}
+
 DeviceInfo describe(const vk::raii::PhysicalDevice& physical, std::uint32_t index) {
     DeviceInfo info;
     info.index = index;
@@ -101,6 +112,7 @@ DeviceInfo describe(const vk::raii::PhysicalDevice& physical, std::uint32_t inde
     info.limits.groups_x = limits.maxComputeWorkGroupCount[0];
     info.limits.groups_y = limits.maxComputeWorkGroupCount[1];
     info.limits.subgroup_size = v11.subgroupSize;
+    info.limits.floats = describe_floats(v12, physical.getFeatures().shaderFloat64);
     describe_memory(physical, info.limits);
     const auto texels = [&](vk::Format format) {
         return (physical.getFormatProperties(format).bufferFeatures &
@@ -116,8 +128,6 @@ DeviceInfo describe(const vk::raii::PhysicalDevice& physical, std::uint32_t inde
         info.refusal = "it has no subgroup arithmetic in compute shaders";
     } else if (!texels(vk::Format::eR32G32B32A32Sfloat) || !texels(vk::Format::eR32G32B32A32Uint)) {
         info.refusal = "it cannot read texel buffers of four 32-bit numbers";
-    } else if (!physical.getFeatures().shaderFloat64) {
-        info.refusal = "it has no float64 in shaders";
     }
     return info;
 }

@@ -22,12 +22,14 @@ Engines::Engines(device::Context& context, Use use)
     : rule_(use == Use::everything ? Rule::vulkan : Rule::automatic),
       looked_(true),
       software_(use == Use::rest),
+      opened_(&context),
       host_(make_host_engine()),
       vulkan_(make_vulkan_engine(context)) {}
 
 Engine& Engines::vulkan() {
     if (!vulkan_) {
         context_.emplace(device::ContextOptions{.device = device_});
+        opened_ = &*context_;
         vulkan_ = make_vulkan_engine(*context_);
     }
     return *vulkan_;
@@ -60,6 +62,20 @@ void Engines::refuse(const Metric& metric) const {
     throw device::NoDriverError(text, !no_driver_);
 }
 
+void Engines::refuse_without_float64(const Metric& metric) const {
+    const auto devices = device::list_devices();
+    const auto other = std::ranges::find_if(
+        devices, [](const device::DeviceInfo& d) { return !d.refusal && d.limits.floats.float64; });
+    throw Error(Fault::device,
+                fmt::format("{}: the transform of one's own metric is in float64, which {} does "
+                            "not have in shaders: {}",
+                            metric.file, opened_->info().name,
+                            other == devices.end()
+                                ? "no Vulkan device of this machine has it; it takes one that does"
+                                : fmt::format("choose one that does, as with --device {} ({})",
+                                              other->index, other->name)));
+}
+
 std::vector<Engines::Share> Engines::share(std::span<const Metric* const> metrics,
                                            std::vector<std::string>& warnings) {
     const bool automatic = rule_ == Rule::automatic;
@@ -90,6 +106,11 @@ std::vector<Engines::Share> Engines::share(std::span<const Metric* const> metric
     std::vector<Share> shares;
     if (!on_device.empty()) {
         shares.push_back({&vulkan(), std::move(on_device)});
+        for (const auto m : shares.back().metrics) {
+            if (!opened_->limits().floats.float64 && !metrics[m]->has_twin()) {
+                refuse_without_float64(*metrics[m]);
+            }
+        }
     }
     if (!on_host.empty()) {
         shares.push_back({host_.get(), std::move(on_host)});

@@ -21,7 +21,7 @@ inline constexpr const char* kHost = "host";
 /// Without a choice: on a GPU the Vulkan engine, everything. Without one the host engine; what it
 /// cannot do well (a user's metric; one without a degree, whose twin is slow) goes to a software
 /// device if there is one. With kHost the host engine alone, with a Vulkan device that device
-/// alone, whose shaders then compute everything.
+/// alone, whose shaders then compute everything. A user's metric needs float64 in shaders.
 class Engines {
   public:
     /// `device` is empty, kHost, or an index or a part of the name of a Vulkan device. Nothing is
@@ -53,6 +53,7 @@ class Engines {
     Engine& vulkan();
     void find_devices();
     [[noreturn]] void refuse(const Metric& metric) const;
+    [[noreturn]] void refuse_without_float64(const Metric& metric) const;
 
     std::string device_;
     Rule rule_;
@@ -61,6 +62,7 @@ class Engines {
     std::string why_no_device_;  // where none can be used
     bool no_driver_ = false;     // for want of a driver that could be installed
     std::optional<device::Context> context_;
+    const device::Context* opened_ = nullptr;
     std::unique_ptr<Engine> host_;
     std::unique_ptr<Engine> vulkan_;
 };

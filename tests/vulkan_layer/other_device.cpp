@@ -37,6 +37,7 @@ struct Settings {
     std::uint64_t storage_buffer = 0;   // storage-buffer=MIB: the largest
     bool no_usable_memory = false;      // no-usable-memory: none that can be mapped
     bool no_float64 = false;            // no-float64
+    bool no_rounding_modes = false;     // no-rounding-modes: nor that NaN is kept
 };
 
 std::uint64_t number(const std::string& word, const std::string& text) {
@@ -63,7 +64,9 @@ Settings read_settings() {
         {"groups", &Settings::groups},
         {"storage-buffer", &Settings::storage_buffer}};
     const std::map<std::string, bool Settings::*> switches = {
-        {"no-usable-memory", &Settings::no_usable_memory}, {"no-float64", &Settings::no_float64}};
+        {"no-usable-memory", &Settings::no_usable_memory},
+        {"no-float64", &Settings::no_float64},
+        {"no-rounding-modes", &Settings::no_rounding_modes}};
     for (std::string word; words >> word;) {
         const auto equals = word.find('=');
         const auto name = word.substr(0, equals);
@@ -235,6 +238,14 @@ VKAPI_ATTR void VKAPI_CALL get_properties2(VkPhysicalDevice device,
                                            VkPhysicalDeviceProperties2* properties) {
     BELOW_INSTANCE(device, vkGetPhysicalDeviceProperties2)(device, properties);
     change(properties->properties);
+    auto* floats = find<VkPhysicalDeviceVulkan12Properties>(
+        properties->pNext, VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_PROPERTIES);
+    if (settings().no_rounding_modes && floats != nullptr) {
+        floats->shaderRoundingModeRTEFloat32 = VK_FALSE;
+        floats->shaderRoundingModeRTEFloat64 = VK_FALSE;
+        floats->shaderSignedZeroInfNanPreserveFloat32 = VK_FALSE;
+        floats->shaderSignedZeroInfNanPreserveFloat64 = VK_FALSE;
+    }
 }
 
 VKAPI_ATTR void VKAPI_CALL get_features(VkPhysicalDevice device,
@@ -354,10 +365,10 @@ VKAPI_ATTR void VKAPI_CALL destroy_device(VkDevice device, const VkAllocationCal
     }
 }
 
-/// Whether a module declares the capability Float64 (SPIR-V 3.31: instruction 17, operand 10).
-bool wants_float64(std::span<const std::uint32_t> words) {
+/// Whether a module declares a capability (SPIR-V 3.31: instruction 17).
+bool declares(std::span<const std::uint32_t> words, std::uint32_t capability) {
     for (std::size_t at = 5; at < words.size(); at += std::max<std::size_t>(1, words[at] >> 16U)) {
-        if ((words[at] & 0xffffU) == 17 && at + 1 < words.size() && words[at + 1] == 10) {
+        if ((words[at] & 0xffffU) == 17 && at + 1 < words.size() && words[at + 1] == capability) {
             return true;
         }
     }
@@ -367,7 +378,14 @@ bool wants_float64(std::span<const std::uint32_t> words) {
 VKAPI_ATTR VkResult VKAPI_CALL create_module(VkDevice device, const VkShaderModuleCreateInfo* info,
                                              const VkAllocationCallbacks* allocator,
                                              VkShaderModule* module) {
-    if (settings().no_float64 && wants_float64({info->pCode, info->codeSize / 4})) {
+    constexpr std::uint32_t kFloat64 = 10;
+    constexpr std::uint32_t kSignedZeroInfNanPreserve = 4466;
+    constexpr std::uint32_t kRoundingModeRTE = 4467;
+    const std::span words(info->pCode, info->codeSize / 4);
+    const auto& s = settings();
+    if ((s.no_float64 && declares(words, kFloat64)) ||
+        (s.no_rounding_modes &&
+         (declares(words, kRoundingModeRTE) || declares(words, kSignedZeroInfNanPreserve)))) {
         return VK_ERROR_INVALID_SHADER_NV;
     }
     return BELOW_DEVICE(device, vkCreateShaderModule)(device, info, allocator, module);
