@@ -22,16 +22,22 @@ void print_devices() {
         } else {
             print_line(fmt::format(
                 "   can be used: {:.1f} GiB of memory, buffers up to {:.2f} GiB, {} lanes a "
-                "subgroup",
+                "subgroup{}",
                 static_cast<double>(d.limits.heap_bytes) / 0x1p30,
-                static_cast<double>(d.limits.storage_buffer_bytes) / 0x1p30,
-                d.limits.subgroup_size));
+                static_cast<double>(d.limits.storage_buffer_bytes) / 0x1p30, d.limits.subgroup_size,
+                d.limits.floats.float64
+                    ? ""
+                    : "; without float64 in shaders: not for your own metrics"));
             if (!d.is_conformant) {
-                print_line("   its driver is not conformant: used for your own metrics, or if you name it");
+                print_line(
+                    "   its driver is not conformant: used for your own metrics, or if you name "
+                    "it");
             }
             const auto* const trial = device::trial_of(d, trials);
             if (trial != nullptr && trial->loses_to_host) {
-                print_line("   slower than the host when it was tried: used for your own metrics, or if you name it");
+                print_line(
+                    "   slower than the host when it was tried: used for your own metrics, or if "
+                    "you name it");
             }
         }
     }

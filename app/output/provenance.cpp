@@ -54,9 +54,13 @@ ordered_json engine_json(const pipeline::EngineProvenance& use) {
     const auto text = [](const std::string& value) {
         return value.empty() ? ordered_json() : ordered_json(value);
     };
-    return {{"engine", use.engine.engine},       {"name", use.engine.name},
-            {"kind", use.engine.kind},           {"driver", text(use.engine.driver)},
-            {"vulkan", text(use.engine.vulkan)}, {"metrics", texts_json(use.metrics)},
+    return {{"engine", use.engine.engine},
+            {"grids", use.engine.grids},
+            {"name", use.engine.name},
+            {"kind", use.engine.kind},
+            {"driver", text(use.engine.driver)},
+            {"vulkan", text(use.engine.vulkan)},
+            {"metrics", texts_json(use.metrics)},
             {"peak_bytes", use.peak_bytes}};
 }
 

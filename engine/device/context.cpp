@@ -96,6 +96,10 @@ Context::Context(const ContextOptions& options) {
     h.info = devices[chosen];
     h.info.limits.stages_uploads |= options.force_staging;
     h.info.limits.stages_downloads |= options.force_staging;
+    auto& floats = h.info.limits.floats;
+    floats.float64 &= !options.no_float64;
+    floats.adds_float64 &= floats.float64;
+    floats.both_to_nearest &= floats.float64;
     h.queue_family = *compute_queue_family(h.physical);
     if (h.info.limits.stages_uploads) {
         h.transfer_family = transfer_queue_family(h.physical);
@@ -127,7 +131,7 @@ Context::Context(const ContextOptions& options) {
     }
     create.setQueueCreateInfos(queues);
     vk::PhysicalDeviceFeatures features;
-    features.shaderFloat64 = true;
+    features.shaderFloat64 = floats.float64;
     create.pEnabledFeatures = &features;
     create.setPEnabledExtensionNames(extensions);
     guarded("vkCreateDevice (which needs memory and threads)", [&] {

@@ -27,6 +27,7 @@ class UnfitError : public Error {
 struct ContextOptions {
     std::string device = {};     // empty: best usable one; else an index or a part of the name
     bool force_staging = false;  // copy through staging buffers even where memory can be mapped
+    bool no_float64 = false;     // do without it even where shaders have it
     std::filesystem::path cache_directory = {};  // keeps compiled pipelines; empty: nothing does
     std::vector<Trial> trials = {};              // what is known of the devices
 };

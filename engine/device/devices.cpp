@@ -108,6 +108,17 @@ void describe_memory(const vk::raii::PhysicalDevice& physical, Limits& limits) {
     limits.stages_downloads = host_reaches_little(shared_memory(Traffic::download));
 }
 
+FloatControls describe_floats(const vk::PhysicalDeviceVulkan12Properties& v12, bool float64) {
+    FloatControls floats = {.float64 = float64};
+    // Widths that are not independent are told the same, or nothing.
+    floats.both_to_nearest =
+        float64 && v12.roundingModeIndependence == vk::ShaderFloatControlsIndependence::eNone;
+    floats.to_nearest = v12.shaderRoundingModeRTEFloat32 &&
+                        (!floats.both_to_nearest || v12.shaderRoundingModeRTEFloat64);
+    floats.keeps_nan = v12.shaderSignedZeroInfNanPreserveFloat32;
+    return floats;
+}
+
 DeviceInfo describe(const vk::raii::PhysicalDevice& physical, std::uint32_t index) {
     DeviceInfo info;
     info.index = index;
@@ -138,6 +149,8 @@ DeviceInfo describe(const vk::raii::PhysicalDevice& physical, std::uint32_t inde
     if (basic.vendorID == kIntel && allowed_subgroup_size(physical, kIntelLanes)) {
         info.limits.subgroup_size = kIntelLanes;
     }
+    info.limits.floats = describe_floats(v12, physical.getFeatures().shaderFloat64);
+    info.limits.floats.adds_float64 = info.limits.floats.float64 && info.limits.is_host;
     describe_memory(physical, info.limits);
     const auto texels = [&](vk::Format format) {
         return (physical.getFormatProperties(format).bufferFeatures &
@@ -153,8 +166,6 @@ DeviceInfo describe(const vk::raii::PhysicalDevice& physical, std::uint32_t inde
         info.refusal = "it has no subgroup arithmetic in compute shaders";
     } else if (!texels(vk::Format::eR32G32B32A32Sfloat) || !texels(vk::Format::eR32G32B32A32Uint)) {
         info.refusal = "it cannot read texel buffers of four 32-bit numbers";
-    } else if (!physical.getFeatures().shaderFloat64) {
-        info.refusal = "it has no float64 in shaders";
     }
     return info;
 }

@@ -19,6 +19,17 @@ struct TileSides {
     bool operator==(const TileSides&) const = default;
 };
 
+/// What a device's shaders can do with floating-point numbers, and what they can be told to do:
+/// without being told it may round float32 either way, and treat NaN and infinity as any number
+/// (Vulkan 1.2, "Precision and Operation of SPIR-V Instructions").
+struct FloatControls {
+    bool float64 = false;          // float64 in shaders
+    bool adds_float64 = false;     // which takes no longer to add than float32
+    bool to_nearest = false;       // round float32 to nearest
+    bool both_to_nearest = false;  // where float64 must then be told the same
+    bool keeps_nan = false;        // keep NaN, infinity and the sign of zero of float32
+};
+
 /// What the planner of device work must respect, as the driver reports it.
 struct Limits {
     std::uint64_t storage_buffer_bytes = 0;  // largest range one storage buffer binding may cover
@@ -30,6 +41,7 @@ struct Limits {
     std::uint32_t groups_y = 0;
     std::uint32_t subgroup_size = 0;  // lanes of one subgroup
     bool is_host = false;             // the device is the processor, whatever it calls itself
+    FloatControls floats = {};
     /// Whether what the host writes, and what it reads, are copies: it reaches no memory of the
     /// device, or only a part of it (a card without resizable BAR), which slabs would not fit into;
     /// and reading without a cache takes longer than copying.

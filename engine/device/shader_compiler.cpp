@@ -80,9 +80,7 @@ class Shader {
     glslang::TShader shader_{EShLangCompute};
 };
 
-/// Functions that nothing calls stay: the code of a metric is given calls of them afterwards.
-constexpr auto kMessages =
-    static_cast<EShMessages>(EShMsgSpvRules | EShMsgVulkanRules | EShMsgKeepUncalled);
+constexpr auto kMessages = static_cast<EShMessages>(EShMsgSpvRules | EShMsgVulkanRules);
 
 std::mutex one_at_a_time;
 
@@ -110,7 +108,7 @@ std::string preprocess_shader(const ShaderText& text, const IncludeResolver& res
 
 std::vector<std::uint32_t> compile_shader(const ShaderText& shader, const std::string& preamble,
                                           const IncludeResolver& resolve,
-                                          std::span<const ShaderText> rest) {
+                                          std::span<const ShaderText> rest, Uncalled uncalled) {
     const std::scoped_lock lock(one_at_a_time);
     initialize_once();
     std::vector<const ShaderText*> texts = {&shader};
@@ -119,12 +117,15 @@ std::vector<std::uint32_t> compile_shader(const ShaderText& shader, const std::s
     }
     Shader compute(texts, preamble);
     Includer includer(resolve);
-    if (!compute->parse(GetDefaultResources(), kVersion, false, kMessages, includer)) {
+    const auto messages = uncalled == Uncalled::kept
+                              ? static_cast<EShMessages>(kMessages | EShMsgKeepUncalled)
+                              : kMessages;
+    if (!compute->parse(GetDefaultResources(), kVersion, false, messages, includer)) {
         throw ShaderRefused(compute->getInfoLog());
     }
     glslang::TProgram program;
     program.addShader(compute.get());
-    if (!program.link(kMessages)) {
+    if (!program.link(messages)) {
         throw ShaderRefused(program.getInfoLog());
     }
     std::vector<std::uint32_t> spirv;

@@ -32,10 +32,14 @@ using IncludeResolver =
 /// `#line` where a file begins or goes on. Throws ShaderRefused.
 std::string preprocess_shader(const ShaderText& text, const IncludeResolver& resolve);
 
+/// What becomes of functions that nothing calls. Those of float64 need a device that has it.
+enum class Uncalled { kept, dropped };
+
 /// The SPIR-V of a compute shader for Vulkan 1.2, with OpLine. `preamble` is compiled before the
 /// first line, `rest` after the last. Throws ShaderRefused. Calls from several threads take turns.
 std::vector<std::uint32_t> compile_shader(const ShaderText& shader, const std::string& preamble,
                                           const IncludeResolver& resolve,
-                                          std::span<const ShaderText> rest = {});
+                                          std::span<const ShaderText> rest = {},
+                                          Uncalled uncalled = Uncalled::kept);
 
 }  // namespace merl::device

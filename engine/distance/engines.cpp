@@ -29,6 +29,7 @@ Engines::Engines(device::Context& context, Use use)
 Engine& Engines::vulkan() {
     if (!vulkan_) {
         context_.emplace(options_);
+        chosen_ = context_->info();
         vulkan_ = make_vulkan_engine(*context_);
     }
     return *vulkan_;
@@ -43,9 +44,9 @@ void Engines::choose() {
         const auto devices = device::list_devices(options_.trials);
         chosen_ = devices[device::choose_device(devices, options_.device)];
         const auto* const trial = device::trial_of(*chosen_, options_.trials);
-        rest_only_ = rule_ == Rule::automatic &&
-                     (chosen_->limits.is_host || !chosen_->is_conformant ||
-                      (trial != nullptr && trial->loses_to_host));
+        rest_only_ =
+            rule_ == Rule::automatic && (chosen_->limits.is_host || !chosen_->is_conformant ||
+                                         (trial != nullptr && trial->loses_to_host));
     } catch (const device::NoDriverError& error) {
         why_no_device_ = error.what();
         no_driver_ = !error.is_installed();
@@ -76,6 +77,20 @@ void Engines::refuse(const Metric& metric) const {
     throw device::NoDriverError(text, !no_driver_);
 }
 
+void Engines::refuse_without_float64(const Metric& metric) const {
+    const auto devices = device::list_devices();
+    const auto other = std::ranges::find_if(
+        devices, [](const device::DeviceInfo& d) { return !d.refusal && d.limits.floats.float64; });
+    throw Error(Fault::device,
+                fmt::format("{}: the transform of one's own metric is in float64, which {} does "
+                            "not have in shaders: {}",
+                            metric.file, chosen_->name,
+                            other == devices.end()
+                                ? "no Vulkan device of this machine has it; it takes one that does"
+                                : fmt::format("choose one that does, as with --device {} ({})",
+                                              other->index, other->name)));
+}
+
 std::vector<Engines::Share> Engines::share(std::span<const Metric* const> metrics,
                                            std::vector<std::string>& warnings) {
     choose();
@@ -101,6 +116,11 @@ std::vector<Engines::Share> Engines::share(std::span<const Metric* const> metric
     std::vector<Share> shares;
     if (!on_device.empty()) {
         shares.push_back({&vulkan(), std::move(on_device)});
+        for (const auto m : shares.back().metrics) {
+            if (!chosen_->limits.floats.float64 && !metrics[m]->has_twin()) {
+                refuse_without_float64(*metrics[m]);
+            }
+        }
     }
     if (!on_host.empty()) {
         shares.push_back({host_.get(), std::move(on_host)});

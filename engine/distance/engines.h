@@ -22,7 +22,7 @@ inline constexpr const char* kHost = "host";
 /// conformant, or where a trial says that it is slower than the processor, the host engine; what
 /// that cannot do well (a user's metric; one without a degree, whose twin is slow) goes to the
 /// device that there is. With kHost the host engine alone, with a Vulkan device that device alone,
-/// whose shaders then compute everything.
+/// whose shaders then compute everything. A user's metric needs float64 in shaders.
 class Engines {
   public:
     /// `options.device` may be kHost too. Nothing is opened yet.
@@ -57,6 +57,7 @@ class Engines {
     void choose();
     bool is_for_device(const Metric& metric) const;
     [[noreturn]] void refuse(const Metric& metric) const;
+    [[noreturn]] void refuse_without_float64(const Metric& metric) const;
 
     device::ContextOptions options_;
     Rule rule_;

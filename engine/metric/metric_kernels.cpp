@@ -134,10 +134,32 @@ std::string preprocessed(const Metric& metric) {
     return text;
 }
 
+/// Tells a kernel what it is to do with numbers, as far as its device can be told. In GLSL an
+/// execution mode can be given for one width only.
+void declare(const device::FloatControls& floats, bool keeps_nan, spirv::Module& module) {
+    const auto to_nearest = [&](spirv::Word width) {
+        module.declare(spv::ExecutionModeRoundingModeRTE, width, spv::CapabilityRoundingModeRTE);
+    };
+    if (floats.to_nearest) {
+        to_nearest(32);
+    }
+    if (floats.to_nearest && floats.both_to_nearest) {
+        to_nearest(64);
+    }
+    // Not where nobody looks for NaN: difference.comp would take twice as long on lavapipe.
+    if (keeps_nan) {
+        module.declare(spv::ExecutionModeSignedZeroInfNanPreserve, 32,
+                       spv::CapabilitySignedZeroInfNanPreserve);
+    }
+}
+
 }  // namespace
 
-MetricKernels compile_kernels(const Metric& metric) {
+MetricKernels compile_kernels(const Metric& metric, const device::FloatControls& floats) {
     const bool is_checked = metric.is_checked();
+    if (is_checked && !floats.float64) {
+        throw std::logic_error(metric.name + " has no twin, and its transform is in float64");
+    }
     const std::array<ShaderText, 2> text = {
         ShaderText{"parameters", parameters_text(metric)},
         ShaderText{kText, is_checked ? preprocessed(metric) : metric.source}};
@@ -147,6 +169,12 @@ MetricKernels compile_kernels(const Metric& metric) {
         kBlockVoxels, kCellVoxels, kChunkTexels, kRunTexels);
     if (is_checked) {
         preamble += "#define GUARDED\n";
+    }
+    if (floats.adds_float64) {
+        preamble += "#define ADDS_FLOAT64\n";
+    }
+    if (floats.to_nearest) {
+        preamble += "#define ROUNDS_TO_NEAREST\n";
     }
     if (metric.has_bound()) {
         const auto slash = metric.header.degree_text.find('/');
@@ -158,25 +186,30 @@ MetricKernels compile_kernels(const Metric& metric) {
     const auto any_file = [](std::string_view name, std::string_view) { return find_file(name); };
     const auto compile = [&](const char* stage, bool has_metric) {
         const auto* const shader = find_file(fmt::format("framework/{}.comp", stage));
+        const bool is_guarded = has_metric && is_checked;
+        const bool keeps_nan = is_guarded && floats.keeps_nan;
         spirv::Module module;
         try {
             module = spirv::Module(device::compile_shader(
-                *shader, preamble, any_file,
-                has_metric ? std::span(text) : std::span<const ShaderText>()));
+                *shader, preamble + (keeps_nan ? "#define KEEPS_NAN\n" : ""), any_file,
+                has_metric ? std::span(text) : std::span<const ShaderText>(),
+                // The code of a metric is given calls afterwards.
+                is_guarded ? device::Uncalled::kept : device::Uncalled::dropped));
         } catch (const device::ShaderRefused& refused) {
             throw InputError(explain(metric, refused.what()));
         }
-        if (has_metric && is_checked) {
+        if (is_guarded) {
             fix_parameters(module);
             guard_metric_code(module, check_metric_code(module, metric.file, kText));
         }
+        declare(floats, keeps_nan, module);
         return module.words();
     };
     const auto compile_if = [&](bool needed, const char* stage, bool has_metric) {
         return needed ? compile(stage, has_metric) : std::vector<std::uint32_t>();
     };
-    return {.weigh = compile("weigh", true),
-            .prepare = compile("prepare", true),
+    return {.weigh = compile_if(floats.float64, "weigh", true),
+            .prepare = compile_if(floats.float64, "prepare", true),
             .difference =
                 metric.has_bound() ? compile("difference", false) : compile("any_difference", true),
             .norms = compile_if(metric.has_norms(), "norms", false),

@@ -3,21 +3,25 @@
 #include <cstdint>
 #include <vector>
 
+#include "engine/device/devices.h"
 #include "engine/metric/metric.h"
 
 namespace merl::engine {
 
 /// The kernels of shaders/framework/ with one metric inside, as SPIR-V.
 struct MetricKernels {
-    std::vector<std::uint32_t> weigh, prepare;
+    std::vector<std::uint32_t> weigh, prepare;  // with float64
     std::vector<std::uint32_t> difference;
     std::vector<std::uint32_t> norms;           // where has_norms()
     std::vector<std::uint32_t> ranges, slopes;  // where has_slopes()
     std::vector<std::uint32_t> check;           // where is_checked()
 };
 
-/// Compiles a metric. It sees no files but its own and those of shaders/lib/. Throws Error (input)
-/// with the file's own line for what the compiler refuses, and for a function that is missing.
-MetricKernels compile_kernels(const Metric& metric);
+/// Compiles a metric for a device whose shaders have these numbers. It sees no files but its own
+/// and those of shaders/lib/. Throws Error (input) with the file's own line for what the compiler
+/// refuses, and for a function that is missing. Without float64 the metric must have a twin, which
+/// then makes the grid.
+MetricKernels compile_kernels(const Metric& metric,
+                              const device::FloatControls& floats = {.float64 = true});
 
 }  // namespace merl::engine

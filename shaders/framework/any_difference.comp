@@ -9,6 +9,7 @@
 #include "framework/metric.glsl"
 #include "framework/texel_difference.glsl"
 #include "framework/pair_tile.glsl"
+#include "framework/add_lanes.glsl"
 
 layout(local_size_x_id = 0) in;
 
@@ -32,12 +33,30 @@ void main() {
         uint second = at.y * kTile + column;
         bool wanted = second > at.x * kTile + row && second < materials;
         int column_texels = int((first + second) * kBlockTexels);
+#ifdef ADDS_FLOAT64
         double sum = 0.0;
+#else
+        float sum = 0.0;
+        float lost = 0.0;
+#endif
         for (uint texel = gl_LocalInvocationID.x; wanted && texel < kBlockTexels; texel += gl_WorkGroupSize.x) {
-            sum += double(texel_difference(texelFetch(grid, row_texels + int(texel)),
-                                           texelFetch(grid, column_texels + int(texel))));
+            float term = texel_difference(texelFetch(grid, row_texels + int(texel)),
+                                          texelFetch(grid, column_texels + int(texel)));
+#ifdef ADDS_FLOAT64
+            sum += double(term);
+#else  // with Kahan's compensation
+            precise float more = lost + term;
+            precise float both = sum + more;
+            precise float rest = more - (both - sum);
+            sum = both;
+            lost = rest;
+#endif
         }
-        float all = float(subgroupAdd(sum));
+#ifdef ADDS_FLOAT64
+        float all = add_lanes(sum);
+#else
+        float all = add_lanes(sum, lost);
+#endif
         if (gl_LocalInvocationID.x == 0) {
             sums[out_at + column] = all;
         }

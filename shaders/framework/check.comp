@@ -150,8 +150,10 @@ uint offence(uint block, uint texel, vec4 a, vec4 b, out uint scalar, out float 
     return kFine;
 }
 
+bool is_finite(vec4 x) { return is_finite(x.x) && is_finite(x.y) && is_finite(x.z) && is_finite(x.w); }
+
 // Whether something may be wrong: what offence() finds, in few instructions and without branches. A NaN
-// makes every comparison false.
+// makes every comparison false, where the device keeps it.
 bool suspicious(uint block, uint texel, vec4 a, vec4 b) {
     bool fine = true;
 #ifdef GUARDED
@@ -184,6 +186,9 @@ bool suspicious(uint block, uint texel, vec4 a, vec4 b) {
     fine = a.w >= 0.0 && a.w <= kLargest && size_a <= kLargest && size_b <= kLargest && there >= 0.0 &&
            back >= 0.0 && there <= kLargest && back <= kLargest &&
            abs(there - back) <= max(0.01 * max(there, back), 5e-7 * max(1.0, max(size_a, size_b)));
+#endif
+#ifndef KEEPS_NAN
+    fine = fine && is_finite(a) && is_finite(b) && is_finite(there) && is_finite(back);
 #endif
 #ifdef GUARDED
     fine = fine && guard_faults == 0;

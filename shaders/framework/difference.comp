@@ -11,6 +11,7 @@
 #include "framework/metric.glsl"
 #include "framework/pair_tile.glsl"
 #include "framework/texel_difference.glsl"
+#include "framework/add_lanes.glsl"
 
 layout(local_size_x_id = 0) in;
 
@@ -69,7 +70,7 @@ void main() {
     uint out_at = (block * tile_count(tiles_across) + tile) * kPairs;
     [[unroll]] for (uint i = 0; i < kPairs; ++i) {
         if (is_wanted(i)) {
-            float all = float(subgroupAdd(double(total[i]) + double(sum[i])));
+            float all = add_lanes(total[i], sum[i]);
             if (gl_LocalInvocationID.x == 0) {  // subgroupElect() loops on lavapipe
                 sums[out_at + i] = all;
             }

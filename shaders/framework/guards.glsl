@@ -94,6 +94,25 @@ double guard_hidden(const in double x) {
 float guard_nan(const in float like) { return uintBitsToFloat(0x7fc00000u); }
 double guard_nan(const in double like) { return packDouble2x32(uvec2(0u, 0x7ff80000u)); }
 
+// By their bits, unless the kernel says that NaN and infinity are to be kept: otherwise a compiler may take it
+// that there are none.
+#ifdef KEEPS_NAN
+bool guard_is_nan(const in float x) { return isnan(x); }
+bool guard_is_infinite(const in float x) { return isinf(x); }
+#else
+bool guard_is_nan(const in float x) { return (floatBitsToUint(x) & 0x7fffffffu) > 0x7f800000u; }
+bool guard_is_infinite(const in float x) { return (floatBitsToUint(x) & 0x7fffffffu) == 0x7f800000u; }
+#endif
+bool guard_is_nan(const in double x) {
+    uvec2 bits = unpackDouble2x32(x);
+    uint high = bits.y & 0x7fffffffu;
+    return high > 0x7ff00000u || (high == 0x7ff00000u && bits.x != 0u);
+}
+bool guard_is_infinite(const in double x) {
+    uvec2 bits = unpackDouble2x32(x);
+    return bits.x == 0u && (bits.y & 0x7fffffffu) == 0x7ff00000u;
+}
+
 // Infinity with the sign of x.
 float guard_infinity(const in float x) {
     return uintBitsToFloat(0x7f800000u | (floatBitsToUint(x) & 0x80000000u));
@@ -108,23 +127,23 @@ double guard_infinity(const in double x) {
         if (b != real(0)) {                                                                             \
             return a / b;                                                                               \
         }                                                                                               \
-        return isnan(a) || a == real(0) ? guard_nan(a) : a * guard_infinity(b);                         \
+        return guard_is_nan(a) || a == real(0) ? guard_nan(a) : a * guard_infinity(b);                         \
     }                                                                                                   \
     real guard_modulo(const in real a, const in real b) {                                               \
-        return b == real(0) || isinf(a) || isinf(b) ? guard_nan(a) : mod(a, b);                         \
+        return b == real(0) || guard_is_infinite(a) || guard_is_infinite(b) ? guard_nan(a) : mod(a, b);                         \
     }                                                                                                   \
     real guard_min(const in real a, const in real b) {                                                  \
-        return isnan(a) || isnan(b) ? guard_nan(a) : min(a, b);                                         \
+        return guard_is_nan(a) || guard_is_nan(b) ? guard_nan(a) : min(a, b);                                         \
     }                                                                                                   \
     real guard_max(const in real a, const in real b) {                                                  \
-        return isnan(a) || isnan(b) ? guard_nan(a) : max(a, b);                                         \
+        return guard_is_nan(a) || guard_is_nan(b) ? guard_nan(a) : max(a, b);                                         \
     }                                                                                                   \
     real guard_clamp(const in real x, const in real low, const in real high) {                          \
-        return isnan(x) || isnan(low) || isnan(high) ? guard_nan(x) : min(max(x, low), high);           \
+        return guard_is_nan(x) || guard_is_nan(low) || guard_is_nan(high) ? guard_nan(x) : min(max(x, low), high);           \
     }                                                                                                   \
-    real guard_sign(const in real x) { return isnan(x) ? x : sign(x); }                                 \
+    real guard_sign(const in real x) { return guard_is_nan(x) ? x : sign(x); }                                 \
     real guard_step(const in real edge, const in real x) {                                              \
-        return isnan(edge) || isnan(x) ? guard_nan(x) : step(edge, x);                                  \
+        return guard_is_nan(edge) || guard_is_nan(x) ? guard_nan(x) : step(edge, x);                                  \
     }                                                                                                   \
     real guard_smoothstep(const in real low, const in real high, const in real x) {                     \
         precise real from_low = x - low;                                                                \
@@ -138,7 +157,7 @@ double guard_infinity(const in double x) {
     }                                                                                                   \
     /* 1, unless something is of no size and has no direction or inverse. */                            \
     real guard_size(const in real size) {                                                               \
-        return size == real(0) || isnan(size) || isinf(size) ? guard_nan(size) : real(1);               \
+        return size == real(0) || guard_is_nan(size) || guard_is_infinite(size) ? guard_nan(size) : real(1);               \
     }
 GUARDS(float)
 GUARDS(double)
@@ -146,13 +165,13 @@ GUARDS(double)
 
 // NaN also where GLSL leaves it open: for x < 0, and for x = 0 without a y > 0.
 float guard_pow(const in float x, const in float y) {
-    return isnan(x) || isnan(y) || x < 0.0 || (x == 0.0 && !(y > 0.0)) ? guard_nan(x) : pow(x, y);
+    return guard_is_nan(x) || guard_is_nan(y) || x < 0.0 || (x == 0.0 && !(y > 0.0)) ? guard_nan(x) : pow(x, y);
 }
 
-float guard_atan(const in float x) { return isnan(x) ? x : atan(x); }
+float guard_atan(const in float x) { return guard_is_nan(x) ? x : atan(x); }
 
 float guard_atan(const in float y, const in float x) {
-    if (isnan(x) || isnan(y) || (isinf(x) && isinf(y))) {
+    if (guard_is_nan(x) || guard_is_nan(y) || (guard_is_infinite(x) && guard_is_infinite(y))) {
         return guard_nan(x);
     }
     if (x == 0.0 && y == 0.0) {

@@ -35,6 +35,7 @@ struct Compiler {
     vk::raii::PhysicalDevice physical = nullptr;
     vk::raii::Device device = nullptr;
     std::string name;
+    device::FloatControls floats;
     std::vector<std::uint32_t> subgroup_sizes;  // the one that the engine takes is the first
 };
 
@@ -44,6 +45,7 @@ Compiler::Compiler(const std::string& wanted) {
     const auto chosen = device::choose_device(infos, wanted);
     physical = std::move(all[chosen]);
     name = infos[chosen].name;
+    floats = infos[chosen].limits.floats;
     for (const char* extension : {kStatistics, VK_EXT_SUBGROUP_SIZE_CONTROL_EXTENSION_NAME}) {
         if (!device::has_extension(physical, extension)) {
             throw Error(Fault::device, fmt::format("{} does not offer {}", name, extension));
@@ -183,7 +185,7 @@ int run(int argc, char** argv) {
     std::vector<std::string> columns;  // those of the first kernel
     for (const auto& name : names) {
         const auto metric = engine::open_metric(name);
-        const auto spirv = engine::compile_kernels(metric);
+        const auto spirv = engine::compile_kernels(metric, compiler.floats);
         for (const auto& [side, kernel] : rows_of(spirv, sides, compiler.subgroup_sizes)) {
             const auto statistics = compile(compiler, kernel);
             if (columns.empty()) {

@@ -48,6 +48,11 @@ device::Context& lavapipe_with_staging() {
     return context;
 }
 
+device::Context& lavapipe_without_float64() {
+    static device::Context context({.device = "llvmpipe", .no_float64 = true});
+    return context;
+}
+
 FunctionDatabase::FunctionDatabase(const engine::Grid& grid, std::size_t materials,
                                    const Sample& sample)
     : MemoryDatabase("a function", grid, material_names(materials), sample) {}

@@ -18,6 +18,9 @@ device::Context& lavapipe();
 /// The same device, but every copy goes through staging buffers, as on a discrete GPU.
 device::Context& lavapipe_with_staging();
 
+/// The same device, but as if its shaders had no float64: the host makes its grids.
+device::Context& lavapipe_without_float64();
+
 /// Where distances are computed: by the host engine, with lavapipe for what it cannot do well; or
 /// all of it in lavapipe's shaders.
 engine::Engines& host_engines();

@@ -43,14 +43,15 @@ struct Settings {
     std::uint64_t groups_at_once = 0;   // groups-at-once=N: a submission of more loses the device
     std::uint64_t storage_buffer = 0;   // storage-buffer=MIB: the largest
     bool no_usable_memory = false;      // no-usable-memory: none that can be mapped
-    bool transfer_queue = false;  // transfer-queue: a second family of queues, which only copy
-    bool no_float64 = false;      // no-float64
-    bool non_coherent = false;    // non-coherent: what is mapped has to be flushed, invalidated
-    std::uint64_t subgroup = 0;   // subgroup=N is what it says, and pipelines cannot choose
-    bool software = false;        // software: a kind=... that computes on the processor
-    bool untested = false;        // untested: a driver that is not conformant
-    bool portability = false;     // portability: only for those who ask for such devices
-    bool wrong = false;           // wrong: it leaves out a workgroup of those along x
+    bool transfer_queue = false;     // transfer-queue: a second family of queues, which only copy
+    bool no_float64 = false;         // no-float64
+    bool no_rounding_modes = false;  // no-rounding-modes: nor that NaN is kept
+    bool non_coherent = false;       // non-coherent: what is mapped has to be flushed, invalidated
+    std::uint64_t subgroup = 0;      // subgroup=N is what it says, and pipelines cannot choose
+    bool software = false;           // software: a kind=... that computes on the processor
+    bool untested = false;           // untested: a driver that is not conformant
+    bool portability = false;        // portability: only for those who ask for such devices
+    bool wrong = false;              // wrong: it leaves out a workgroup of those along x
 };
 
 std::uint64_t number(const std::string& word, const std::string& text) {
@@ -83,6 +84,7 @@ Settings read_settings() {
         {"no-usable-memory", &Settings::no_usable_memory},
         {"transfer-queue", &Settings::transfer_queue},
         {"no-float64", &Settings::no_float64},
+        {"no-rounding-modes", &Settings::no_rounding_modes},
         {"non-coherent", &Settings::non_coherent},
         {"software", &Settings::software},
         {"untested", &Settings::untested},
@@ -319,6 +321,12 @@ VKAPI_ATTR void VKAPI_CALL get_properties2(VkPhysicalDevice device,
         if (s.untested) {
             v12->conformanceVersion = {};
         }
+        if (s.no_rounding_modes) {
+            v12->shaderRoundingModeRTEFloat32 = VK_FALSE;
+            v12->shaderRoundingModeRTEFloat64 = VK_FALSE;
+            v12->shaderSignedZeroInfNanPreserveFloat32 = VK_FALSE;
+            v12->shaderSignedZeroInfNanPreserveFloat64 = VK_FALSE;
+        }
     }
     if (auto* v11 = find<VkPhysicalDeviceVulkan11Properties>(
             properties->pNext, VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_1_PROPERTIES)) {
@@ -477,10 +485,10 @@ VKAPI_ATTR void VKAPI_CALL destroy_device(VkDevice device, const VkAllocationCal
     }
 }
 
-/// Whether a module declares the capability Float64 (SPIR-V 3.31: instruction 17, operand 10).
-bool wants_float64(std::span<const std::uint32_t> words) {
+/// Whether a module declares a capability (SPIR-V 3.31: instruction 17).
+bool declares(std::span<const std::uint32_t> words, std::uint32_t capability) {
     for (std::size_t at = 5; at < words.size(); at += std::max<std::size_t>(1, words[at] >> 16U)) {
-        if ((words[at] & 0xffffU) == 17 && at + 1 < words.size() && words[at + 1] == 10) {
+        if ((words[at] & 0xffffU) == 17 && at + 1 < words.size() && words[at + 1] == capability) {
             return true;
         }
     }
@@ -490,7 +498,14 @@ bool wants_float64(std::span<const std::uint32_t> words) {
 VKAPI_ATTR VkResult VKAPI_CALL create_module(VkDevice device, const VkShaderModuleCreateInfo* info,
                                              const VkAllocationCallbacks* allocator,
                                              VkShaderModule* module) {
-    if (settings().no_float64 && wants_float64({info->pCode, info->codeSize / 4})) {
+    constexpr std::uint32_t kFloat64 = 10;
+    constexpr std::uint32_t kSignedZeroInfNanPreserve = 4466;
+    constexpr std::uint32_t kRoundingModeRTE = 4467;
+    const std::span words(info->pCode, info->codeSize / 4);
+    const auto& s = settings();
+    if ((s.no_float64 && declares(words, kFloat64)) ||
+        (s.no_rounding_modes &&
+         (declares(words, kRoundingModeRTE) || declares(words, kSignedZeroInfNanPreserve)))) {
         return VK_ERROR_INVALID_SHADER_NV;
     }
     return BELOW_DEVICE(device, vkCreateShaderModule)(device, info, allocator, module);

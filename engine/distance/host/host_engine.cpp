@@ -69,7 +69,12 @@ class HostWork final : public EngineWork {
 class HostEngine final : public Engine {
   public:
     EngineDescription description() const override {
-        return {.engine = "host", .name = "host", .kind = "CPU", .driver = {}, .vulkan = {}};
+        return {.engine = "host",
+                .grids = "host",
+                .name = "host",
+                .kind = "CPU",
+                .driver = {},
+                .vulkan = {}};
     }
 
     EngineNeeds needs(std::span<const Metric* const> metrics,

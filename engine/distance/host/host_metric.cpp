@@ -3,7 +3,8 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
-#include <cmath>
+
+#include "engine/distance/parts/twin_grid.h"
 
 namespace merl::engine {
 namespace {
@@ -19,30 +20,6 @@ PairTiles tiles_of(std::uint32_t materials) {
 
 std::size_t sums_of_block(const PairTiles& tiles) {
     return tiles.count() * tiles.pairs_of_tile();
-}
-
-/// What the samples at each voxel of a slab are multiplied with before they enter the grid:
-/// weight^(1/degree), which the difference turns into the weight again. Zero where there is no
-/// voxel.
-void fold_weights(const Metric& metric, const Slab& slab, std::span<BlockWeights> weights) {
-    const double power = 1 / metric.header.degree;
-    tbb::parallel_for(std::uint64_t{0}, slab.blocks(), [&](std::uint64_t block) {
-        weigh_block(metric, slab, block, weights[block]);
-        std::ranges::transform(weights[block], weights[block].begin(),
-                               [=](double weight) { return std::pow(weight, power); });
-    });
-}
-
-/// One block of one material, rounded once from float64. Zero from voxel `filled` on.
-void make_scalars(const Metric& metric, std::span<const Voxel, kBlockVoxels> voxels,
-                  std::uint64_t filled, const BlockWeights& weights, const BlockSamples& samples,
-                  BlockScalars& scalars) {
-    metric.twin.scale(metric.parameters, voxels, samples, weights, scalars);
-    for (std::size_t c = 0; c < samples.size(); ++c) {
-        // Of voxels that are not there a transform may make NaN.
-        const auto channel = std::span(scalars).subspan(c * kBlockVoxels, kBlockVoxels);
-        std::ranges::fill(channel.subspan(filled), 0.0F);
-    }
 }
 
 }  // namespace
@@ -81,8 +58,7 @@ void HostMetric::make_grid(const Slab& slab, std::size_t material,
                            std::span<const BlockSamples> blocks) {
     for (std::size_t block = 0; block < blocks.size(); ++block) {
         const std::size_t at = block * materials_ + material;
-        make_scalars(*metric_, slab.voxels_of_block(block), slab.filled(block), weights_[block],
-                     blocks[block], grid_[at]);
+        make_scalars(*metric_, slab, block, weights_[block], blocks[block], grid_[at]);
         if (metric_->has_slopes()) {
             find_ranges(grid_[at], ranges_[at]);
         }

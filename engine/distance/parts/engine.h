@@ -24,6 +24,7 @@ namespace merl::engine {
 /// What an engine is, for the user.
 struct EngineDescription {
     std::string engine;  // "host" or "vulkan"
+    std::string grids;   // who makes them: "host" or "device"
     std::string name;    // of the device, as its driver has it
     std::string kind;    // "CPU", "discrete GPU" ...
     std::string driver;  // with its version; empty for the host

@@ -8,8 +8,7 @@
 namespace merl::engine {
 namespace {
 
-/// Unit roundoff of float32, and what covers second-order terms.
-constexpr double kRoundoff = 0x1p-24;
+/// What covers second-order terms.
 constexpr double kSlack = 1.01;
 
 /// The smallest normal float32: a device may flush what is below to zero.
@@ -23,9 +22,12 @@ constexpr double kSteepest = 1.26 / 0.966;
 }  // namespace
 
 ErrorBound::ErrorBound(const Metric& metric, std::uint64_t grid_voxels, const Roundings& roundings)
-    : degree_(metric.header.degree), voxels_(static_cast<double>(grid_voxels)) {
-    const double evaluation = (degree_ < 1 ? roundings.power : kRoundoff) + degree_ * kRoundoff;
-    relative_ = kSlack * (roundings.additions * kRoundoff + evaluation);
+    : degree_(metric.header.degree),
+      voxels_(static_cast<double>(grid_voxels)),
+      grid_(kSlack * roundings.grid) {
+    const double evaluation =
+        (degree_ < 1 ? roundings.power : roundings.unit) + degree_ * roundings.unit;
+    relative_ = kSlack * (roundings.additions * roundings.unit + evaluation);
     underflow_ = 3 * voxels_ * (degree_ < 1 ? std::pow(kSmallest, degree_) : kSmallest) * 2;
 }
 
@@ -38,16 +40,16 @@ double ErrorBound::distance(double sum, const Sums& sums) const {
     }
     double change = relative_ * sum + underflow_;  // of the sum
     if (degree_ < 1) {
-        change += kSlack * kChunkScalars * kSteepest * kRoundoff * sums.slopes;
+        change += grid_ * kChunkScalars * kSteepest * sums.slopes;
     } else if (degree_ == 1) {
-        change += kSlack * kRoundoff * (sums.norm_a + sums.norm_b);
+        change += grid_ * (sums.norm_a + sums.norm_b);
     }
     // |sqrt(x) - sqrt(y)| = |x - y| / (sqrt(x) + sqrt(y)), with y >= x - change, and <= sqrt(|x -
     // y|), which is the better one near zero.
     const double by_quotient = change / (std::sqrt(sum) + std::sqrt(std::max(0.0, sum - change)));
     double bound = sum > change ? by_quotient : std::sqrt(change);
     if (degree_ == 2) {  // E is a norm: the triangle inequality
-        bound += kSlack * kRoundoff * (std::sqrt(sums.norm_a) + std::sqrt(sums.norm_b));
+        bound += grid_ * (std::sqrt(sums.norm_a) + std::sqrt(sums.norm_b));
     }
     return bound / std::sqrt(voxels_) + 1e-15 * std::sqrt(sum / voxels_);
 }

@@ -8,8 +8,10 @@ namespace merl::engine {
 
 /// What differences are rounded by where they are computed.
 struct Roundings {
-    double power;      // relative error of |d|^(2/3)
-    double additions;  // most roundings that one number goes through when it is added
+    double power;           // relative error of |d|^(2/3)
+    double additions;       // most roundings that one number goes through when it is added
+    double unit = 0x1p-24;  // the most that rounding changes a number by, relative to it
+    double grid = 0x1p-24;  // likewise where the grid is made
 };
 
 /// How far a distance computed in float32 can be from the exact one. docs/numerics.md derives
@@ -32,6 +34,7 @@ class ErrorBound {
   private:
     double degree_;
     double voxels_;
+    double grid_;       // relative error of the grid's numbers
     double relative_;   // of the sum, from evaluating and adding differences
     double underflow_;  // of the sum, from numbers below the range of float32
 };

@@ -20,14 +20,16 @@ namespace {
 struct Slot {
     Slot(device::Context& context, const DeviceExtent& extent,
          std::span<const VulkanMetric> metrics, ScratchBuffers& scratch)
-        : buffers(context, extent),
-          submission(context, static_cast<std::uint32_t>(1 + 2 * metrics.size())) {
+        : submission(context, static_cast<std::uint32_t>(1 + 2 * metrics.size())) {
+        if (context.limits().floats.float64) {
+            buffers.emplace(context, extent);
+        }
         for (const auto& metric : metrics) {
-            products.emplace_back(context, metric, buffers, scratch);
+            products.emplace_back(context, metric, buffers ? &*buffers : nullptr, scratch);
         }
     }
 
-    SlabBuffers buffers;
+    std::optional<SlabBuffers> buffers;            // where the device makes the grids
     std::vector<VulkanMetric::Products> products;  // per metric
     device::Submission submission;
     std::uint32_t blocks = 0;  // of the slab that was submitted; 0 when there is none
@@ -61,14 +63,27 @@ class VulkanWork final : public EngineWork {
         std::swap(slots_[0], slots_[1]);
         finish(*slots_[0]);
         slab_ = &slab;
-        std::ranges::copy(std::as_bytes(std::span(slab.geometry)),
-                          slots_[0]->buffers.geometry.host().begin());
+        if (const auto& buffers = slots_[0]->buffers) {
+            std::ranges::copy(std::as_bytes(std::span(slab.geometry)),
+                              buffers->geometry.host().begin());
+            return;
+        }
+        for (auto& metric : metrics_) {
+            metric.weigh(slab);
+        }
     }
 
     void take(std::size_t material, std::span<const BlockSamples> blocks) override {
-        const std::size_t first = material * extent_.slab_blocks;
-        std::ranges::copy(blocks, slots_[0]->buffers.samples.host_as<BlockSamples>().begin() +
-                                      static_cast<std::ptrdiff_t>(first));
+        const Slot& slot = *slots_[0];
+        if (slot.buffers) {
+            const std::size_t first = material * extent_.slab_blocks;
+            std::ranges::copy(blocks, slot.buffers->samples.host_as<BlockSamples>().begin() +
+                                          static_cast<std::ptrdiff_t>(first));
+            return;
+        }
+        for (std::size_t m = 0; m < metrics_.size(); ++m) {
+            metrics_[m].make_grid(slot.products[m], *slab_, material, blocks);
+        }
     }
 
     void compute() override {
@@ -77,8 +92,10 @@ class VulkanWork final : public EngineWork {
         slot.blocks = static_cast<std::uint32_t>(slab_->blocks());
         auto& s = slot.submission;
         s.begin();
-        s.upload(slot.buffers.samples, slot.buffers.samples.bytes());
-        s.upload(slot.buffers.geometry, slot.buffers.geometry.bytes());
+        if (slot.buffers) {
+            s.upload(slot.buffers->samples, slot.buffers->samples.bytes());
+            s.upload(slot.buffers->geometry, slot.buffers->geometry.bytes());
+        }
         s.mark();
         PacedWork work(s);
         for (std::size_t m = 0; m < metrics_.size(); ++m) {
@@ -100,7 +117,13 @@ class VulkanWork final : public EngineWork {
         return result;
     }
 
-    std::uint64_t peak_bytes() const override { return context_.peak_allocated_bytes(); }
+    std::uint64_t peak_bytes() const override {
+        std::uint64_t on_host = 0;
+        for (const auto& metric : metrics_) {
+            on_host += metric.host_bytes();
+        }
+        return context_.peak_allocated_bytes() + on_host;
+    }
 
   private:
     /// Waits for the slab of a slot and adds its partial sums to the totals.
@@ -156,6 +179,7 @@ class VulkanEngine final : public Engine {
     EngineDescription description() const override {
         const auto& info = context_.info();
         return {.engine = "vulkan",
+                .grids = info.limits.floats.float64 ? "device" : "host",
                 .name = info.name,
                 .kind = info.kind,
                 .driver = info.driver,

@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "engine/base/error.h"
+#include "engine/distance/parts/twin_grid.h"
 
 namespace merl::engine {
 namespace {
@@ -23,11 +24,6 @@ constexpr auto kStorage = Binding::storage;
 
 constexpr std::uint32_t kLanes =
     64;  // of a workgroup that is not one subgroup: on lavapipe 256 can be twice as slow
-
-/// Of difference.comp. The power: shaders/lib/numerics.glsl, tests/engine/device/device_test.cpp. A
-/// number is added in its texel, in its run of kRunTexels, which begins with the carry, with the
-/// run where the total is the smaller of the two, and in the block's sum.
-constexpr Roundings kRoundings = {.power = 4e-7, .additions = 2 + kRunTexels + 1 + 1};
 
 constexpr std::uint64_t kTexelBytes = 16;
 
@@ -105,6 +101,21 @@ std::uint64_t most_of(const DeviceExtent& extent, std::span<const Metric* const>
 
 }  // namespace
 
+Roundings shader_roundings(const device::FloatControls& floats) {
+    // A number is added in its texel, in its run of kRunTexels, which begins with the carry, with
+    // the run where the total is the smaller of the two, and in the block's sum.
+    Roundings roundings = {.power = 4e-7, .additions = 2 + kRunTexels + 1 + 1};
+    if (!floats.adds_float64) {
+        roundings.additions += 0.25;  // add_lanes.glsl
+    }
+    if (!floats.to_nearest) {  // but to either neighbour
+        roundings.power = 1.2e-6;
+        roundings.unit = 0x1p-23;
+        roundings.grid = floats.float64 ? 0x1p-23 : roundings.grid;
+    }
+    return roundings;
+}
+
 std::uint64_t DeviceExtent::grid_bytes(const Metric& metric) const {
     const auto rows = tiles_of(metric).padded_materials();
     return std::uint64_t{slab_blocks} * rows * metric.block_texels() * kTexelBytes;
@@ -128,11 +139,16 @@ EngineNeeds device_needs(const device::Limits& limits, std::span<const Metric* c
                          std::uint32_t materials) {
     const DeviceExtent block = {.materials = materials, .slab_blocks = 1, .tiles = limits.tiles};
     EngineNeeds needs = {.cached = limits.is_host};
-    std::uint64_t largest = std::max(block.samples_bytes(), block.geometry_bytes());  // buffer
-    std::uint64_t grid = 0;
+    const bool makes_grids = limits.floats.float64;
+    std::uint64_t largest = 0;  // buffer
+    std::uint64_t shared = 0;
     std::uint64_t ranges = 0;
-    const std::uint64_t up = block.samples_bytes() + block.geometry_bytes();  // a slab in flight
+    std::uint64_t up = 0;  // of a slab in flight
     std::uint64_t down = 0;
+    if (makes_grids) {
+        largest = std::max(block.samples_bytes(), block.geometry_bytes());
+        up = block.samples_bytes() + block.geometry_bytes();
+    }
     for (const auto* metric : metrics) {
         const auto tiles = block.tiles_of(*metric);
         const auto groups =
@@ -144,7 +160,13 @@ EngineNeeds device_needs(const device::Limits& limits, std::span<const Metric* c
                                     materials, limits.groups_x, limits.groups_y));
         }
         const auto sums = block.sums_bytes(*metric);
-        grid = std::max(grid, block.grid_bytes(*metric));
+        const auto grid = block.grid_bytes(*metric);
+        if (makes_grids) {
+            shared = std::max(shared, block.weights_bytes() + grid);
+        } else {
+            up += grid;
+            needs.block_bytes += sizeof(BlockWeights);
+        }
         ranges = std::max(ranges, block.ranges_bytes(*metric));
         down += (metric->has_slopes() ? 2 : 1) * sums + block.norms_bytes(*metric);
         largest = std::max({largest, grid, sums});
@@ -157,8 +179,8 @@ EngineNeeds device_needs(const device::Limits& limits, std::span<const Metric* c
                     fmt::format("{} materials need a buffer of {} bytes, and this device allows {}",
                                 materials, largest, most_bytes));
     }
-    const std::uint64_t on_device = 2 * (up + down) + block.weights_bytes() + grid + ranges;
-    needs.block_bytes =
+    const std::uint64_t on_device = 2 * (up + down) + shared + ranges;
+    needs.block_bytes +=
         on_device + (limits.stages_uploads ? 2 * up : 0) + (limits.stages_downloads ? 2 * down : 0);
     if (on_device > limits.free_bytes) {
         throw Error(Fault::device,
@@ -169,9 +191,12 @@ EngineNeeds device_needs(const device::Limits& limits, std::span<const Metric* c
                                 static_cast<double>(limits.heap_bytes) / 1048576.0));
     }
     // weigh.comp has the most groups along x, and the kernels of pairs a row of groups for a block.
-    needs.most_blocks = std::min({most_bytes / largest, limits.free_bytes / on_device,
-                                  std::uint64_t{limits.groups_y},
-                                  std::uint64_t{limits.groups_x} / (kBlockVoxels / kLanes)});
+    needs.most_blocks = std::min(
+        {most_bytes / largest, limits.free_bytes / on_device, std::uint64_t{limits.groups_y}});
+    if (makes_grids) {
+        needs.most_blocks =
+            std::min(needs.most_blocks, std::uint64_t{limits.groups_x} / (kBlockVoxels / kLanes));
+    }
     if (needs.most_blocks == 0) {
         throw Error(Fault::device,
                     fmt::format("this device allows {} workgroups, and one block needs {}",
@@ -189,10 +214,12 @@ SlabBuffers::SlabBuffers(Context& context, const DeviceExtent& extent)
 }
 
 ScratchBuffers::ScratchBuffers(Context& context, const DeviceExtent& extent,
-                               std::span<const Metric* const> metrics)
-    : weights(context, extent.weights_bytes(), Traffic::none, Texels::words),
-      grid(context, most_of(extent, metrics, &DeviceExtent::grid_bytes), Traffic::none,
-           Texels::floats) {
+                               std::span<const Metric* const> metrics) {
+    if (context.limits().floats.float64) {
+        weights.emplace(context, extent.weights_bytes(), Traffic::none, Texels::words);
+        grid.emplace(context, most_of(extent, metrics, &DeviceExtent::grid_bytes), Traffic::none,
+                     Texels::floats);
+    }
     if (const auto bytes = most_of(extent, metrics, &DeviceExtent::ranges_bytes); bytes > 0) {
         ranges.emplace(context, bytes, Traffic::none, Texels::floats);
     }
@@ -229,16 +256,19 @@ void PacedWork::dispatch_whole(const BoundKernel& kernel, std::span<const std::b
 
 VulkanMetric::VulkanMetric(Context& context, const DeviceExtent& extent, const Metric& metric,
                            std::uint64_t grid_voxels)
-    : VulkanMetric(context, extent, metric, grid_voxels, compile_kernels(metric)) {}
+    : VulkanMetric(context, extent, metric, grid_voxels,
+                   compile_kernels(metric, context.limits().floats)) {}
 
 VulkanMetric::VulkanMetric(Context& context, const DeviceExtent& extent, const Metric& metric,
                            std::uint64_t grid_voxels, const MetricKernels& spirv)
     : metric_(&metric),
       extent_(extent),
       tiles_(extent.tiles_of(metric)),
-      totals_(metric, extent.materials, tiles_, grid_voxels, kRoundings),
+      totals_(metric, extent.materials, tiles_, grid_voxels,
+              shader_roundings(context.limits().floats)),
       grid_budget_(context.info(), grid_operations(metric)),
-      pair_budget_(context.info(), pair_operations(metric)) {
+      pair_budget_(context.info(), pair_operations(metric)),
+      weights_(context.limits().floats.float64 ? 0 : extent.slab_blocks) {
     // Drivers take longer than anything else here, and use one thread for a kernel.
     tbb::parallel_invoke(
         [&] {
@@ -265,6 +295,9 @@ VulkanMetric::VulkanMetric(Context& context, const DeviceExtent& extent, const M
             }
         },
         [&] {
+            if (!context.limits().floats.float64) {
+                return;
+            }
             weigh_ = make_kernel(context, metric, "weigh", spirv.weigh, {kTexels, kStorage},
                                  sizeof(WeighPush));
             prepare_ = make_kernel(context, metric, "prepare", spirv.prepare,
@@ -282,13 +315,19 @@ VulkanMetric::VulkanMetric(Context& context, const DeviceExtent& extent, const M
         });
 }
 
-VulkanMetric::Products::Products(Context& context, const VulkanMetric& work, SlabBuffers& slab,
+VulkanMetric::Products::Products(Context& context, const VulkanMetric& work, SlabBuffers* slab,
                                  ScratchBuffers& scratch)
     : sums_(download(context, work.extent_.sums_bytes(*work.metric_))) {
-    Buffer& grid = scratch.grid;
-    weigh_ = bind(context, *work.weigh_, {&slab.geometry, &scratch.weights});
-    prepare_ =
-        bind(context, *work.prepare_, {&slab.geometry, &slab.samples, &scratch.weights, &grid});
+    if (work.weigh_) {
+        weigh_ = bind(context, *work.weigh_, {&slab->geometry, &*scratch.weights});
+        prepare_ = bind(context, *work.prepare_,
+                        {&slab->geometry, &slab->samples, &*scratch.weights, &*scratch.grid});
+    } else {
+        grid_.emplace(context, work.extent_.grid_bytes(*work.metric_), Traffic::upload,
+                      Texels::floats);
+        std::ranges::fill(grid_->host(), std::byte{0});  // materials that fill up the last tile
+    }
+    Buffer& grid = grid_ ? *grid_ : *scratch.grid;
     difference_ = bind(context, *work.difference_, {&grid, &sums_});
     if (work.diagonal_difference_) {
         diagonal_difference_ = bind(context, *work.diagonal_difference_, {&grid, &sums_});
@@ -305,7 +344,27 @@ VulkanMetric::Products::Products(Context& context, const VulkanMetric& work, Sla
     }
     if (work.check_) {
         finding_ = download(context, sizeof(Finding));
-        check_ = bind(context, *work.check_, {&grid, &scratch.weights, &*finding_});
+        check_ = bind(context, *work.check_, {&grid, &*scratch.weights, &*finding_});
+    }
+}
+
+void VulkanMetric::weigh(const Slab& slab) {
+    fold_weights(*metric_, slab, weights_);
+}
+
+void VulkanMetric::make_grid(const Products& products, const Slab& slab, std::size_t material,
+                             std::span<const BlockSamples> blocks) const {
+    const std::size_t size = std::size_t{metric_->block_texels()} * 4;
+    const auto grid = products.grid_->host_as<float>();
+    for (std::size_t block = 0; block < blocks.size(); ++block) {
+        const auto part = grid.subspan((block * tiles_.padded_materials() + material) * size, size);
+        if (metric_->has_bound()) {
+            make_scalars(*metric_, slab, block, weights_[block], blocks[block],
+                         part.first<kBlockScalars>());
+        } else {
+            make_weighted(*metric_, slab, block, weights_[block], blocks[block],
+                          part.first<std::size_t{4} * kBlockVoxels>());
+        }
     }
 }
 
@@ -331,13 +390,17 @@ void VulkanMetric::record(PacedWork& work, Products& products, std::uint32_t vox
         }
         work.dispatch(diagonal, bytes_of(tiles), tiles_.across, blocks, pair_work(of_tile / 2));
     };
-    constexpr std::uint32_t kGroupsOfBlock = kBlockVoxels / kLanes;
-    work.dispatch(*products.weigh_, bytes_of(WeighPush{voxels}), slab_voxels / kLanes, 1,
-                  grid_work(1.0 / kGroupsOfBlock));
-    work.dispatch(*products.prepare_,
-                  bytes_of(PreparePush{extent_.slab_blocks, extent_.materials, padded, voxels}),
-                  slab_voxels / kCellVoxels / kLanes, padded,
-                  grid_work(1.0 * kCellVoxels / kGroupsOfBlock));
+    if (products.grid_) {
+        submission.upload(*products.grid_, products.grid_->bytes());
+    } else {
+        constexpr std::uint32_t kGroupsOfBlock = kBlockVoxels / kLanes;
+        work.dispatch(*products.weigh_, bytes_of(WeighPush{voxels}), slab_voxels / kLanes, 1,
+                      grid_work(1.0 / kGroupsOfBlock));
+        work.dispatch(*products.prepare_,
+                      bytes_of(PreparePush{extent_.slab_blocks, extent_.materials, padded, voxels}),
+                      slab_voxels / kCellVoxels / kLanes, padded,
+                      grid_work(1.0 * kCellVoxels / kGroupsOfBlock));
+    }
     if (products.norm_) {  // as much as a pair, which is a small part of making the grid
         work.dispatch_whole(*products.norm_, bytes_of(tiles), padded, blocks, grid_work(1.0 / 64));
         submission.download(*products.norms_, products.norms_->bytes());

@@ -11,12 +11,18 @@
 #include "engine/device/submission.h"
 #include "engine/distance/parts/engine.h"
 #include "engine/distance/parts/pair_totals.h"
+#include "engine/distance/parts/slab.h"
 #include "engine/distance/vulkan/work_budget.h"
 #include "engine/metric/check/finding.h"
 #include "engine/metric/metric.h"
 #include "engine/metric/metric_kernels.h"
 
 namespace merl::engine {
+
+/// What difference.comp is off by where its numbers are these (docs/numerics.md). The power:
+/// shaders/lib/numerics.glsl; tests/engine/device/device_test.cpp and
+/// tests/engine/distance/vulkan/vulkan_metric_test.cpp.
+Roundings shader_roundings(const device::FloatControls& floats);
 
 /// How much the device holds at a time.
 struct DeviceExtent {
@@ -32,7 +38,8 @@ struct DeviceExtent {
 
     // Sizes of the buffers in bytes. Samples and geometry are there for each slab in flight, sums
     // and norms for each metric and slab in flight (sums twice where there are slopes); weights,
-    // grid and ranges are shared by all.
+    // grid and ranges are shared by all. Without float64 on the device there are no samples,
+    // geometry and weights there, and a grid for each metric and slab in flight.
     std::uint64_t samples_bytes() const { return slab_voxels() * materials * 3 * sizeof(double); }
     std::uint64_t geometry_bytes() const { return slab_voxels() * sizeof(Voxel); }
     std::uint64_t weights_bytes() const { return slab_voxels() * sizeof(double); }
@@ -59,8 +66,9 @@ struct ScratchBuffers {
     ScratchBuffers(device::Context& context, const DeviceExtent& extent,
                    std::span<const Metric* const> metrics);
 
-    device::Buffer weights;                // the weight volume of a slab
-    device::Buffer grid;                   // of a metric: [block][material][texel]
+    /// Where the device makes the grids: the weight volume of a slab, and the grid of a metric,
+    /// [block][material][texel].
+    std::optional<device::Buffer> weights, grid;
     std::optional<device::Buffer> ranges;  // [block][material][chunk], where a metric has slopes
 };
 
@@ -106,13 +114,15 @@ class VulkanMetric {
     /// Buffers of one slab in flight, and the kernels bound to them.
     class Products {
       public:
-        Products(device::Context& context, const VulkanMetric& work, SlabBuffers& slab,
+        /// `slab` is there where the device makes the grids.
+        Products(device::Context& context, const VulkanMetric& work, SlabBuffers* slab,
                  ScratchBuffers& scratch);
 
       private:
         friend class VulkanMetric;
         double grid_units_ = 0;  // of work that was recorded
         double pair_units_ = 0;
+        std::optional<device::Buffer> grid_;    // where the host makes it
         device::Buffer sums_;                   // [block][tile][row][column]
         std::optional<device::Buffer> slopes_;  // likewise, with has_slopes()
         std::optional<device::Buffer> norms_;   // [block][material], with has_norms()
@@ -120,6 +130,15 @@ class VulkanMetric {
         std::optional<device::BoundKernel> weigh_, prepare_, difference_, diagonal_difference_;
         std::optional<device::BoundKernel> norm_, range_, slope_, diagonal_slope_, check_;
     };
+
+    /// Bytes of memory beside that of the device.
+    std::uint64_t host_bytes() const { return weights_.size() * sizeof(BlockWeights); }
+
+    /// Where the host makes the grids (Limits::floats): what the samples of a slab are weighted
+    /// with, and then one material's part of the grid, which any thread may make.
+    void weigh(const Slab& slab);
+    void make_grid(const Products& products, const Slab& slab, std::size_t material,
+                   std::span<const BlockSamples> blocks) const;
 
     /// Records everything for a slab of `voxels` voxels, filled up to `blocks` blocks. Marks twice:
     /// after the grid is made, and after the differences.
@@ -146,8 +165,9 @@ class VulkanMetric {
     DeviceExtent extent_;
     PairTiles tiles_;
     PairTotals totals_;
-    WorkBudget grid_budget_;  // in blocks of a material
-    WorkBudget pair_budget_;  // in blocks of a pair
+    WorkBudget grid_budget_;             // in blocks of a material
+    WorkBudget pair_budget_;             // in blocks of a pair
+    std::vector<BlockWeights> weights_;  // where the host makes the grids
     std::optional<device::Kernel> weigh_, prepare_;
     std::optional<device::Kernel> difference_, diagonal_difference_;
     std::optional<device::Kernel> norm_, range_, slope_, diagonal_slope_, check_;

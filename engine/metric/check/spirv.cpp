@@ -119,6 +119,9 @@ void Module::index(const Instruction& i, std::size_t at) {
 
 std::vector<Word> Module::words() const {
     std::vector<Word> words(header_.begin(), header_.end());
+    for (const auto capability : capabilities_) {
+        append(words, {.op = spv::OpCapability, .operands = {static_cast<Word>(capability)}});
+    }
     bool decorated = false;
     for (const auto& i : globals) {
         if (!decorated && is_type(i.op)) {
@@ -129,6 +132,12 @@ std::vector<Word> Module::words() const {
         }
         if (!is_debug(i.op) && i.op != spv::OpNop) {
             append(words, i);
+        }
+        if (i.op == spv::OpEntryPoint) {
+            for (const auto& [mode, width] : modes_) {
+                append(words, {.op = spv::OpExecutionMode,
+                               .operands = {i.operands[1], static_cast<Word>(mode), width}});
+            }
         }
     }
     for (const auto& function : functions) {
@@ -217,6 +226,11 @@ Id Module::null(Id type) {
 void Module::decorate(Id id, spv::Decoration decoration) {
     decorations_.push_back(
         {.op = spv::OpDecorate, .operands = {id, static_cast<Word>(decoration)}});
+}
+
+void Module::declare(spv::ExecutionMode mode, Word width, spv::Capability capability) {
+    modes_.emplace_back(mode, width);
+    capabilities_.insert(capability);
 }
 
 std::vector<Id> ids_of(const Instruction& i) {

@@ -6,9 +6,11 @@
 #include <cstdint>
 #include <deque>
 #include <map>
+#include <set>
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 namespace merl::engine::spirv {
@@ -76,6 +78,9 @@ class Module {
     /// Adds a decoration without operands.
     void decorate(Id id, spv::Decoration decoration);
 
+    /// Adds an execution mode of the entry point for numbers of `width` bits, and its capability.
+    void declare(spv::ExecutionMode mode, Word width, spv::Capability capability);
+
     std::deque<Instruction> globals;  // which stay where they are when others are added
     std::vector<Function> functions;
 
@@ -84,6 +89,8 @@ class Module {
 
     std::array<Word, 5> header_ = {};
     std::vector<Instruction> decorations_;  // added
+    std::set<spv::Capability> capabilities_;
+    std::vector<std::pair<spv::ExecutionMode, Word>> modes_;
     std::map<Id, std::string> names_;
     std::map<Id, std::string> strings_;
     std::map<Id, std::size_t> global_of_;

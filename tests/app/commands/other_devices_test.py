@@ -8,7 +8,7 @@ import signal
 import tempfile
 
 import support
-from support import DEVICE, Case, read_json, tree, write_database
+from support import DEVICE, INPUT, Case, read_csv, read_json, tree, write_database
 
 LAYERS = os.pathsep.join([os.environ["OTHER_DEVICE_LAYERS"], "/usr/share/vulkan/explicit_layer.d"])
 GRID = (18, 12, 24)
@@ -147,12 +147,68 @@ class OtherDevices(Case):
         self.assertEqual(tree(self.work), before)
 
     def test_no_float64(self):
-        device = "kind=discrete no-float64"
-        listed = self.assert_success("devices", **self.on(device))
-        self.assertIn("no float64", listed)
-        self.refused(device, ["no float64"], "--device", "other")
-        _, found = self.results(device)
-        self.assertEqual([engine["engine"] for engine in found["engines"]], ["host"])
+        expected, summary = self.results("", "--device", "host", out="host")
+        for i, device in enumerate(("kind=discrete heap=4096 bar=4096 no-float64", f"{CARD} no-float64",
+                                    f"{CARD} no-float64 no-rounding-modes")):
+            with self.subTest(device=device):
+                selection, found = self.results(device, out=f"out-{i}")
+                (engine,) = found["engines"]
+                self.assertEqual((engine["engine"], engine["grids"]), ("vulkan", "host"))
+                self.assertEqual(selection, expected)
+                self.assertEqual(found["disagreements"], summary["disagreements"])
+        _, found = self.results("kind=discrete", out="with")
+        self.assertEqual(found["engines"][0]["grids"], "device")
+        listed = self.assert_success("devices", **self.on("kind=discrete no-float64"))
+        self.assertIn("without float64 in shaders: not for your own metrics", listed)
+        self.assertNotIn("cannot be used", listed)
+
+    def test_grids_of_the_host_count_to_the_memory(self):
+        write_database(self.work / "larger", 12, (30, 30, 60))
+        slabs = set()
+        for device in "kind=discrete heap=4096 bar=4096 no-float64", f"{CARD} no-float64":
+            _, found = self.results(device, "--memory", "8M", "--database", "larger", "--force")
+            self.assertLessEqual(found["engines"][0]["peak_bytes"], 8 << 20)
+            slabs.add(found["slabs"])
+        self.assertEqual(len(slabs), 2)  # copies count
+
+    def test_every_metric_without_float64(self):
+        tables = []
+        for device in "kind=discrete", f"{CARD} no-float64":
+            self.assert_success("compare", "--database", "db", "--metrics", "all", "--out", "out", "--force",
+                                **self.on(device))
+            tables.append(read_csv(self.work / "out" / "distances.csv"))
+        (header, expected), (same, found) = tables
+        self.assertEqual(len(header), 14)
+        self.assertEqual(same, header)
+        for row, other in zip(expected, found, strict=True):
+            for name, value, distance in zip(header[2:], row[2:], other[2:], strict=True):
+                self.assertAlmostEqual(float(distance) / float(value), 1, delta=4e-6, msg=name)
+
+    def test_a_metric_of_a_users_own_needs_float64(self):
+        (self.work / "mine.glsl").write_text(
+            "vec3 transform(vec3 f, Voxel v) { return f; }\nfloat weight(Voxel v) { return 1.0; }\n"
+            "float difference(vec3 a, vec3 b) { return distance(a, b); }\n")
+        self.refused("kind=discrete no-float64", ["mine.glsl", "float64", "other discrete GPU"],
+                     "--metrics", "rmse,mine.glsl")
+
+    def test_devices_that_round_either_way(self):
+        selections = []
+        bounds = []
+        for device in "kind=discrete", "kind=discrete no-rounding-modes":
+            selections.append(self.results(device, "--force")[0])
+            self.results(device, "--fast", "--force", out="fast")
+            _, rows = read_csv(self.work / "fast" / "pairs.csv")
+            bounds.append([float(bound) for row in rows for bound in row[4:6]])
+        self.assertEqual(*selections)
+        for narrow, wide in zip(*bounds, strict=True):
+            self.assertGreater(wide, 1.5 * narrow)
+
+    def test_nan_is_found_where_compilers_may_lose_it(self):
+        (self.work / "mine.glsl").write_text(
+            "vec3 transform(vec3 f, Voxel v) { return f; }\nfloat weight(Voxel v) { return 1.0; }\n"
+            "float difference(vec3 a, vec3 b) { return sqrt(-1.0 - a.x * b.x); }\n")
+        self.assert_refused(INPUT, ["mine.glsl", "nan"], "scan", "--database", "db", "--metrics",
+                            "rmse,mine.glsl", **self.on("kind=discrete no-rounding-modes"))
 
     def test_what_a_driver_says_of_itself(self):
         """It is not believed that it is fast when it computes on the processor, nor used for what the
@@ -233,7 +289,7 @@ class OtherDevices(Case):
     def test_spheres_are_the_same(self):
         images = []
         for device in (CARD, "kind=discrete heap=4096 bar=4096", CARD + " transfer-queue", CARD + " non-coherent",
-                       "kind=discrete heap=4096 bar=4096 non-coherent"):
+                       "kind=discrete heap=4096 bar=4096 non-coherent", "kind=discrete no-float64"):
             self.assert_success("render", "--database", "db", "--size", "40", "--out", "spheres", "--force",
                                 **self.on(device))
             images.append({path.name: path.read_bytes() for path in (self.work / "spheres").rglob("*.png")})

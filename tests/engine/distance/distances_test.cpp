@@ -121,6 +121,11 @@ TEST(Distances, OfTheWholeLibraryAgreeWithItsTwinsInShaders) {
     expect_library_as_reference(test::shader_engines());
 }
 
+TEST(Distances, OfTheWholeLibraryAgreeWithItsTwinsWithoutFloat64InShaders) {
+    Engines engines(test::lavapipe_without_float64());
+    expect_library_as_reference(engines);
+}
+
 TEST(Distances, OfTheWholeLibraryAgreeWithItsTwinsAsUsersFiles) {
     expect_library_as_reference(test::host_engines(), true);
 }
@@ -165,6 +170,35 @@ TEST(Engines, ShareByTheRule) {
     }
 }
 
+TEST(Engines, AUsersMetricNeedsFloat64InShaders) {
+    const auto user = without_twin(find_metric("rmse"));
+    const Metric* const both[] = {&find_metric("cwcbrt"), &user};
+    std::vector<std::string> warnings;
+    for (const auto use : {Engines::Use::rest, Engines::Use::everything}) {
+        Engines engines(test::lavapipe_without_float64(), use);
+        try {
+            engines.share(both, warnings);
+            FAIL();
+        } catch (const Error& error) {
+            EXPECT_EQ(error.fault(), Fault::device);
+            // The machine has a device with float64, which is this one as it is.
+            for (const auto& part : {user.file, std::string("float64"), std::string("llvmpipe"),
+                                     std::string("--device 0 (llvmpipe")}) {
+                EXPECT_NE(std::string(error.what()).find(part), std::string::npos) << error.what();
+            }
+        }
+        EXPECT_EQ(engines.share(std::span(both, 1), warnings).size(), 1U);
+    }
+}
+
+TEST(Distances, AgreeWithTheReferenceWithoutFloat64InShaders) {
+    Engines engines(test::lavapipe_without_float64());
+    for (const auto voxels : {VoxelSet::above_horizon, VoxelSet::all}) {
+        expect_as_reference(engines, {.theta_h = 7, .theta_d = 5, .phi_d = 3}, 2, voxels);
+        expect_as_reference(engines, {.theta_h = 13, .theta_d = 11, .phi_d = 17}, 13, voxels);
+    }
+}
+
 TEST(Distances, AgreeWithTheReferenceThroughStagingBuffers) {
     Engines staging(test::lavapipe_with_staging());
     expect_as_reference(staging, {.theta_h = 13, .theta_d = 11, .phi_d = 17}, 13,
@@ -204,13 +238,33 @@ TEST(Distances, DoNotDependOnSlabSizeStagingOrThreads) {
     }
 }
 
+TEST(Distances, DoNotDependOnSlabSizeOrThreadsWithoutFloat64InShaders) {
+    const FunctionDatabase database({.theta_h = 40, .theta_d = 30, .phi_d = 36}, 13,
+                                    test::random_sample);
+    const auto chosen = some_metrics();
+    Engines engines(test::lavapipe_without_float64());
+    const auto whole = compute_distances(engines, database, chosen);
+    EXPECT_EQ(whole.engines.front().engine.grids, "host");
+    for (const std::size_t threads : {1U, 5U}) {
+        const tbb::global_control control(tbb::global_control::max_allowed_parallelism, threads);
+        const auto cut = compute_distances(engines, database, chosen, {.memory_bytes = 8'000'000});
+        EXPECT_NE(cut.slabs, whole.slabs);
+        EXPECT_EQ(cut.distances, whole.distances);
+    }
+}
+
 TEST(Distances, StayWithinTheMemoryTheyMayTake) {
     constexpr std::uint64_t kMemory = 10'000'000;
     const FunctionDatabase database({.theta_h = 30, .theta_d = 20, .phi_d = 24}, 30,
                                     test::random_sample);
-    for (const auto use : {Engines::Use::rest, Engines::Use::everything}) {
-        device::Context context({.device = "llvmpipe"});
-        Engines engines(context, use);
+    struct Way {
+        Engines::Use use;
+        bool no_float64;
+    };
+    for (const auto way : {Way{Engines::Use::rest, false}, Way{Engines::Use::everything, false},
+                           Way{Engines::Use::everything, true}}) {
+        device::Context context({.device = "llvmpipe", .no_float64 = way.no_float64});
+        Engines engines(context, way.use);
         const auto result =
             compute_distances(engines, database, some_metrics(), {.memory_bytes = kMemory});
         std::uint64_t bytes = 0;

@@ -2,7 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <spirv-tools/libspirv.hpp>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -23,8 +26,8 @@ void expect_valid(const std::vector<std::uint32_t>& spirv, const std::string& wh
     EXPECT_TRUE(tools.Validate(spirv)) << what;
 }
 
-void expect_valid(const Metric& metric) {
-    const auto kernels = compile_kernels(metric);
+void expect_valid(const Metric& metric, const device::FloatControls& floats = {.float64 = true}) {
+    const auto kernels = compile_kernels(metric, floats);
     for (const auto* kernel : {&kernels.weigh, &kernels.prepare, &kernels.norms, &kernels.ranges,
                                &kernels.slopes, &kernels.check}) {
         if (!kernel->empty()) {
@@ -44,6 +47,52 @@ TEST(MetricKernels, OfTheWholeLibraryAreValid) {
     for (const auto& metric : framework_test_metrics()) {
         expect_valid(metric);
     }
+}
+
+/// The words of an instruction: OpCapability with one operand, OpExecutionMode of any entry point.
+bool has_capability(const std::vector<std::uint32_t>& spirv, std::uint32_t capability) {
+    const std::array<std::uint32_t, 2> words = {2U << 16U | 17U, capability};
+    return std::search(spirv.begin(), spirv.end(), words.begin(), words.end()) != spirv.end();
+}
+
+bool has_mode(const std::vector<std::uint32_t>& spirv, std::uint32_t mode, std::uint32_t width) {
+    for (std::size_t i = 0; i + 3 < spirv.size(); ++i) {
+        if (spirv[i] == (4U << 16U | 16U) && spirv[i + 2] == mode && spirv[i + 3] == width) {
+            return true;
+        }
+    }
+    return false;
+}
+
+TEST(MetricKernels, DeclareWhatTheDeviceHasAndNothingElse) {
+    constexpr std::uint32_t kFloat64 = 10;
+    constexpr std::uint32_t kKeepsNan = 4461;
+    constexpr std::uint32_t kNearest = 4462;
+    for (const auto& metric : metrics()) {
+        const device::FloatControls without = {.to_nearest = true, .keeps_nan = true};
+        expect_valid(metric, without);
+        const auto kernels = compile_kernels(metric, without);
+        EXPECT_TRUE(kernels.weigh.empty() && kernels.prepare.empty());
+        for (const auto* kernel :
+             {&kernels.difference, &kernels.norms, &kernels.ranges, &kernels.slopes}) {
+            EXPECT_FALSE(has_capability(*kernel, kFloat64)) << metric.name;
+            EXPECT_EQ(has_mode(*kernel, kNearest, 32), !kernel->empty()) << metric.name;
+            EXPECT_FALSE(has_mode(*kernel, kNearest, 64)) << metric.name;
+        }
+    }
+    Metric of_a_user = find_metric("cwcbrt");
+    of_a_user.twin = {};
+    const device::FloatControls all = {
+        .float64 = true, .to_nearest = true, .both_to_nearest = true, .keeps_nan = true};
+    expect_valid(of_a_user, all);
+    const auto kernels = compile_kernels(of_a_user, all);
+    EXPECT_TRUE(has_mode(kernels.check, kKeepsNan, 32));
+    EXPECT_TRUE(has_mode(kernels.prepare, kNearest, 32));
+    EXPECT_TRUE(has_mode(kernels.prepare, kNearest, 64));
+    EXPECT_FALSE(has_mode(kernels.difference, kKeepsNan, 32));
+    const auto plain = compile_kernels(of_a_user);
+    EXPECT_FALSE(has_mode(plain.check, kKeepsNan, 32) || has_mode(plain.check, kNearest, 32));
+    EXPECT_THROW(compile_kernels(of_a_user, {}), std::logic_error);
 }
 
 const std::string kTransform = "vec3 transform(vec3 f, Voxel v) { return f; }\n";

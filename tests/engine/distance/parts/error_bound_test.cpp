@@ -10,6 +10,7 @@
 #include "engine/database/abc_database.h"
 #include "engine/distance/distances.h"
 #include "engine/distance/float64_distances.h"
+#include "engine/distance/vulkan/vulkan_metric.h"
 #include "tests/engine/support.h"
 
 namespace merl::engine {
@@ -26,8 +27,8 @@ std::vector<const Metric*> all_metrics() {
     return all;
 }
 
-/// Every distance of a database, of shaders and of the host, is within its bound of the float64
-/// twin's, under the metrics.
+/// Every distance of a database, of the host and of shaders with and without float64, is within its
+/// bound of the float64 twin's, under the metrics.
 void expect_bounds_hold(const Database& database,
                         const std::vector<const Metric*>& chosen = {&find_metric("cosine-rmse"),
                                                                     &find_metric("cwcbrt"),
@@ -42,8 +43,9 @@ void expect_bounds_hold(const Database& database,
         }
     }
     const auto exact = float64_distances(database, requests);
-    for (const bool in_shaders : {false, true}) {
-        const auto result = compute_distances(test::engines(in_shaders), database, chosen);
+    Engines without_float64(test::lavapipe_without_float64());
+    for (auto* engines : {&test::host_engines(), &test::shader_engines(), &without_float64}) {
+        const auto result = compute_distances(*engines, database, chosen);
         for (std::size_t m = 0; m < chosen.size(); ++m) {
             for (std::size_t p = 0; p < exact[m].size(); ++p) {
                 const auto [i, j] = requests[m].pairs[p];
@@ -51,7 +53,9 @@ void expect_bounds_hold(const Database& database,
                 EXPECT_TRUE(std::isfinite(result.distances[m].bounds[p]));
                 EXPECT_NEAR(result.distances[m].values[p], exact[m][p],
                             result.distances[m].bounds[p] + 1e-13 * exact[m][p])
-                    << chosen[m]->name << " " << i << " " << j << (in_shaders ? ", shaders" : "");
+                    << chosen[m]->name << " " << i << " " << j << ", "
+                    << result.engines.front().engine.engine << ", grids of the "
+                    << result.engines.front().engine.grids;
             }
         }
     }
@@ -83,11 +87,11 @@ TEST(ErrorBound, HoldsForHugeTinyAndBlackMaterials) {
         }));
 }
 
-void expect_golden_distances(bool in_shaders) {
+void expect_golden_distances(Engines& engines) {
     // Against the independent float64 table, which has 14 to 15 digits.
     const auto database = make_abc_database();
     const Metric* const chosen[] = {&find_metric("cwcbrt"), &find_metric("pawcielab")};
-    const auto result = compute_distances(test::engines(in_shaders), *database, chosen);
+    const auto result = compute_distances(engines, *database, chosen);
     std::ifstream file(MERL_GOLDEN_CSV);
     std::string line;
     std::getline(file, line);
@@ -108,11 +112,27 @@ void expect_golden_distances(bool in_shaders) {
 }
 
 TEST(ErrorBound, HoldsForAllPairsOfTheBuiltInDatabase) {
-    expect_golden_distances(false);
+    expect_golden_distances(test::host_engines());
 }
 
 TEST(ErrorBound, HoldsForAllPairsOfTheBuiltInDatabaseInShaders) {
-    expect_golden_distances(true);
+    expect_golden_distances(test::shader_engines());
+}
+
+TEST(ErrorBound, HoldsForAllPairsOfTheBuiltInDatabaseWithoutFloat64InShaders) {
+    Engines engines(test::lavapipe_without_float64());
+    expect_golden_distances(engines);
+}
+
+TEST(ErrorBound, IsWiderWhereNumbersAreRoundedEitherWay) {
+    const device::FloatControls nearest = {.float64 = true, .to_nearest = true};
+    const device::FloatControls either = {.float64 = true};
+    for (const auto* metric : all_metrics()) {
+        const ErrorBound narrow(*metric, 1000, shader_roundings(nearest));
+        const ErrorBound wide(*metric, 1000, shader_roundings(either));
+        const ErrorBound::Sums sums = {.norm_a = 3, .norm_b = 5, .slopes = 7};
+        EXPECT_GT(wide.distance(1, sums), 1.9 * narrow.distance(1, sums)) << metric->name;
+    }
 }
 
 TEST(ErrorBound, IsUnknownWithoutADegree) {
