@@ -62,9 +62,9 @@ ObtainedDistances compute(const DistanceOptions& options, const MetricNeeds& nee
         result.metrics.push_back(&metric);
     }
     require_metrics(result.metrics.size(), needs);
+    result.database = engine::open_database(options.database);  // which has no threads of its own
     const auto device = tried_device(options.device, result.metrics);
     try_metrics(result.metrics, device);
-    result.database = engine::open_database(options.database);
     engine::Engines engines(device);
     try {
         result.distances = pipeline::compute_pair_distances(
