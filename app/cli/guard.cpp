@@ -50,36 +50,9 @@ std::string report_of(const std::function<std::string()>& work) {
     }
 }
 
-/// Calls `work` with less stack than any thread of the program has, TBB's too: what reads a program
-/// is recursive, and what fits here must fit wherever it is read again.
-void with_little_stack(std::function<void()> work) {
-    constexpr std::size_t kBytes = std::size_t{2} << 20U;
-    const tbb::global_control workers(tbb::global_control::thread_stack_size, kBytes);
-    pthread_attr_t attributes;
-    ::pthread_attr_init(&attributes);
-    ::pthread_attr_setstacksize(&attributes, kBytes);
-    pthread_t thread = {};
-    const auto run = [](void* argument) -> void* {
-        (*static_cast<std::function<void()>*>(argument))();
-        return nullptr;
-    };
-    const int error = ::pthread_create(&thread, &attributes, run, &work);
-    if (error != 0) {
-        throw std::runtime_error(fmt::format("no thread: {}", std::strerror(error)));
-    }
-    ::pthread_join(thread, nullptr);
-    ::pthread_attr_destroy(&attributes);
-}
-
 [[noreturn]] void be_the_child(int to_parent, const std::function<std::string()>& work) {
     ::prctl(PR_SET_PDEATHSIG, SIGKILL);
-    std::string report;
-    try {
-        with_little_stack([&] { report = report_of(work); });
-    } catch (const std::exception& error) {
-        report =
-            static_cast<char>('0' + static_cast<int>(Fault::resource)) + std::string(error.what());
-    }
+    std::string report = report_of(work);
     report += '.';  // says that it got this far
     const char* rest = report.data();
     const char* const end = rest + report.size();
@@ -109,6 +82,15 @@ class Child {
         ::kill(child_, SIGKILL);
         ::waitpid(child_, nullptr, 0);
         ::close(from_child_);
+    }
+
+    /// After it said nothing: whether somebody ended it, the system for want of memory for one,
+    /// which says nothing of what it did. Waits for its end.
+    bool was_killed() const {
+        siginfo_t end = {};
+        return ::waitid(P_PID, static_cast<id_t>(child_), &end, WEXITED | WNOWAIT) == 0 &&
+               end.si_code == CLD_KILLED &&
+               (end.si_status == SIGKILL || end.si_status == SIGTERM || end.si_status == SIGXCPU);
     }
     Child(const Child&) = delete;
     Child& operator=(const Child&) = delete;
@@ -168,6 +150,9 @@ std::string ask_guarded(const std::string& what, double seconds, std::uint64_t b
     const Child child(id, pipe[0]);
     const auto report = child.listen(what, seconds, bytes);
     if (report.size() < 2) {  // not even its end
+        if (child.was_killed()) {
+            throw Error(Fault::resource, fmt::format("{} was killed", what));
+        }
         throw InputError(fmt::format("{} makes the compiler or the driver crash", what));
     }
     const auto text = report.substr(1, report.size() - 2);
@@ -185,33 +170,43 @@ void run_guarded(const std::string& what, double seconds, std::uint64_t bytes,
     });
 }
 
+void with_little_stack(const std::function<void()>& work) {
+    constexpr std::size_t kBytes = std::size_t{2} << 20U;
+    const tbb::global_control workers(tbb::global_control::thread_stack_size, kBytes);
+    pthread_attr_t attributes;
+    ::pthread_attr_init(&attributes);
+    ::pthread_attr_setstacksize(&attributes, kBytes);
+    struct Call {
+        const std::function<void()>& work;
+        std::exception_ptr thrown = nullptr;
+    } call = {work};
+    const auto run = [](void* argument) -> void* {
+        auto& asked = *static_cast<Call*>(argument);
+        try {
+            asked.work();
+        } catch (...) {
+            asked.thrown = std::current_exception();
+        }
+        return nullptr;
+    };
+    pthread_t thread = {};
+    const int error = ::pthread_create(&thread, &attributes, run, &call);
+    ::pthread_attr_destroy(&attributes);
+    if (error != 0) {
+        throw Error(Fault::resource, fmt::format("no thread: {}", std::strerror(error)));
+    }
+    ::pthread_join(thread, nullptr);
+    if (call.thrown) {
+        std::rethrow_exception(call.thrown);
+    }
+}
+
 bool memory_is_limited() {
     const auto is_limited = [](auto resource) {
         rlimit limit = {};
         return ::getrlimit(resource, &limit) == 0 && limit.rlim_cur != RLIM_INFINITY;
     };
     return is_limited(RLIMIT_AS) || is_limited(RLIMIT_DATA);
-}
-
-void try_device_where_limited(const std::function<void()>& open) {
-    if (!memory_is_limited()) {
-        return;
-    }
-    constexpr double kSeconds = 60;
-    try {
-        run_guarded("opening the device", kSeconds, std::numeric_limits<std::uint64_t>::max(), [&] {
-            // What this process has taken by the time that it opens the device.
-            const std::vector<std::byte> reserve(std::size_t{64} << 20U);
-            open();
-        });
-    } catch (const Error& error) {
-        if (error.fault() == Fault::input) {  // it crashed, or never ended
-            throw Error(Fault::resource,
-                        "the Vulkan driver crashes within the memory that this process may have "
-                        "(ulimit -v, -d); raise the limit");
-        }
-        throw;
-    }
 }
 
 std::string with_advice(const device::NoDriverError& error) {

@@ -11,7 +11,8 @@ namespace merl::app {
 /// Runs `work` in a process of its own, for work that may never end, eat all memory or crash: the
 /// compilers of a hostile shader may. What it changes is lost. An Error that it throws is thrown
 /// here; if it takes longer than `seconds` or more than `bytes` of memory, or crashes, an Error
-/// (input) with `what` and the reason. Throws Interrupted when the user wants to stop.
+/// (input) with `what` and the reason, and if somebody kills it an Error (resource). Throws
+/// Interrupted when the user wants to stop.
 ///
 /// To be called before there are other threads or an open device, which a copy of the process would
 /// have only halves of.
@@ -25,10 +26,9 @@ std::string ask_guarded(const std::string& what, double seconds, std::uint64_t b
 /// Whether this process may have less memory than the machine has (ulimit -v, -d).
 bool memory_is_limited();
 
-/// Where it is drivers may crash instead of saying
-/// so: there `open`, which opens what will be used, runs in a process of its own first. Throws
-/// Error (resource) when that crashes, and what it throws. To be called like run_guarded().
-void try_device_where_limited(const std::function<void()>& open);
+/// Calls `work` with less stack than any thread of the program has, TBB's too: what reads a program
+/// is recursive, and what fits here must fit wherever it is read again. For run_guarded().
+void with_little_stack(const std::function<void()>& work);
 
 /// What went wrong, and what to install if that helps.
 std::string with_advice(const device::NoDriverError& error);

@@ -2,24 +2,26 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <unistd.h>
 
 #include <algorithm>
-#include <array>
+#include <cstddef>
 #include <cstdlib>
+#include <exception>
+#include <filesystem>
+#include <functional>
 #include <limits>
-#include <nlohmann/json.hpp>
+#include <optional>
+#include <string_view>
 #include <system_error>
-#include <utility>
 #include <vector>
 
 #include "app/cli/guard.h"
+#include "app/cli/known_devices.h"
 #include "app/cli/terminal.h"
 #include "app/pipeline/trial.h"
-#include "app/pipeline/version.h"
 #include "engine/base/error.h"
 #include "engine/base/hash.h"
-#include "engine/base/kept_file.h"
-#include "engine/distance/engines.h"
 
 namespace merl::app {
 namespace {
@@ -27,271 +29,249 @@ namespace {
 using device::ContextOptions;
 using device::DeviceInfo;
 using device::Trial;
+using Manifests = std::vector<std::string>;
+
+/// The device that a program with these options would use, if any.
+using Choose = std::function<std::optional<DeviceInfo>(const ContextOptions&)>;
 
 /// The longest that a driver may take on a machine that has other things to do.
 constexpr double kLoadSeconds = 60;
 constexpr double kTrialSeconds = 300;
 constexpr auto kAnyMemory = std::numeric_limits<std::uint64_t>::max();
 
-/// What is known, as it is kept in a file of the cache.
-struct Known {
-    nlohmann::json drivers = nlohmann::json::object();  // by fingerprint(): those that crash
-    std::vector<Trial> trials = {};
-};
-
-std::filesystem::path known_file() {
-    const auto directory = cache_directory();
-    return directory.empty() ? directory : directory / "devices.json";
+std::string how_to_try_again() {
+    const auto file = known_devices_file();
+    return file.empty() ? "" : fmt::format(" (remove {} to try it again)", file.string());
 }
 
-/// A driver may call its device anything.
-std::string text_of(const nlohmann::json& json) {
-    return json.dump(1, ' ', false, nlohmann::json::error_handler_t::replace);
+void load_only(const Manifests& manifests) {
+    const auto text =
+        manifests.empty() ? "/dev/null" : fmt::format("{}", fmt::join(manifests, ":"));
+    ::setenv("VK_DRIVER_FILES", text.c_str(), /*overwrite=*/1);
+    ::setenv("VK_ICD_FILENAMES", text.c_str(), /*overwrite=*/1);  // what older loaders read
+    ::unsetenv("VK_ADD_DRIVER_FILES");
 }
 
-nlohmann::json json_of(const Trial& trial) {
-    nlohmann::json json = {{"device", trial.device},
-                           {"refusal", trial.refusal},
-                           {"loses_to_host", trial.loses_to_host}};
-    if (trial.tiles) {
-        json["tiles"] = {{"power", trial.tiles->power}, {"square", trial.tiles->square}};
-    }
-    return json;
-}
-
-Trial trial_of(const nlohmann::json& json) {
-    Trial trial = {.device = json.at("device"),
-                   .refusal = json.at("refusal"),
-                   .loses_to_host = json.at("loses_to_host")};
-    if (json.contains("tiles")) {
-        trial.tiles = {.power = json["tiles"].at("power"), .square = json["tiles"].at("square")};
-    }
-    return trial;
-}
-
-Known read_known() {
-    constexpr std::uint64_t kMost = std::uint64_t{1} << 20U;
-    Known known;
-    const auto text = known_file().empty() ? std::nullopt : read_kept(known_file(), kMost);
-    const auto json = nlohmann::json::parse(text.value_or(""), nullptr, false);
-    if (json.is_discarded() || json.at("program") != pipeline::kVersion) {
-        return known;
-    }
-    known.drivers = json.at("drivers");
-    for (const auto& trial : json.at("trials")) {
-        known.trials.push_back(trial_of(trial));
-    }
-    return known;
-}
-
-void keep_known(const Known& known) {
-    if (known_file().empty()) {
-        return;
-    }
-    auto trials = nlohmann::json::array();
-    for (const auto& trial : known.trials) {
-        trials.push_back(json_of(trial));
-    }
-    const nlohmann::json json = {
-        {"program", pipeline::kVersion}, {"drivers", known.drivers}, {"trials", trials}};
-    keep(known_file(), text_of(json));
-}
-
-/// Runs `work` in a process of its own. Returns whether it came to an end; what it throws there
-/// will be thrown again where it is not tried but used.
-bool survives(double seconds, const std::function<void()>& work) {
+/// Whether drivers can be loaded: those of the environment, or only some.
+bool can_load(const std::optional<Manifests>& only) {
     try {
-        run_guarded("a Vulkan driver", seconds, kAnyMemory, [&] {
+        run_guarded("a Vulkan driver", kLoadSeconds, kAnyMemory, [&] {
+            if (only) {
+                load_only(*only);
+            }
             try {
-                work();
+                device::list_devices();
             } catch (const std::exception&) {
-                // Not what is asked here.
+                // There will be the same to say when it is not only tried.
             }
         });
         return true;
-    } catch (const InputError&) {
+    } catch (const InputError&) {  // it crashed, or did not end
         return false;
     }
 }
 
+Manifests without(const Manifests& all, const Manifests& some) {
+    Manifests rest;
+    std::ranges::copy_if(all, std::back_inserter(rest), [&](const auto& manifest) {
+        return std::ranges::find(some, manifest) == some.end();
+    });
+    return rest;
+}
+
+/// Those that crash when they are loaded; nothing where all can be.
+std::optional<Manifests> crashing(const Manifests& all) {
+    if (can_load(std::nullopt)) {
+        return std::nullopt;
+    }
+    Manifests found;
+    std::ranges::copy_if(all, std::back_inserter(found),
+                         [](const auto& manifest) { return !can_load(Manifests{manifest}); });
+    return can_load(without(all, found)) ? found : all;  // some only together
+}
+
 /// All that decides which drivers are loaded, and that a new version of one changes.
-std::string fingerprint(const std::vector<std::filesystem::path>& manifests) {
+std::string fingerprint(const Manifests& manifests) {
     std::string text;
-    for (const char* name :
-         {"VK_DRIVER_FILES", "VK_ICD_FILENAMES", "VK_ADD_DRIVER_FILES", "VK_LOADER_DRIVERS_SELECT",
-          "VK_LOADER_DRIVERS_DISABLE", "VK_INSTANCE_LAYERS", "VK_LAYER_PATH", "XDG_DATA_DIRS"}) {
-        const char* const value = std::getenv(name);
-        text += fmt::format("{}\n", value == nullptr ? "" : value);
+    for (char** variable = environ; *variable != nullptr; ++variable) {
+        const std::string_view setting = *variable;
+        for (const auto* prefix : {"VK_", "XDG_CONFIG", "XDG_DATA", "HOME=", "RADV_", "MESA_",
+                                   "LP_", "GALLIUM_", "INTEL_", "ANV_", "NV", "__"}) {
+            if (setting.starts_with(prefix)) {
+                text += fmt::format("{}\n", setting);
+            }
+        }
     }
     for (const auto& manifest : manifests) {
         std::error_code none;
         text += fmt::format(
-            "{} {} {}\n", manifest.string(), std::filesystem::file_size(manifest, none),
+            "{} {} {}\n", manifest, std::filesystem::file_size(manifest, none),
             std::filesystem::last_write_time(manifest, none).time_since_epoch().count());
     }
     return hash_of(text);
 }
 
-void load_only(const std::string& manifests) {
-    ::setenv("VK_DRIVER_FILES", manifests.c_str(), /*overwrite=*/1);
-    ::setenv("VK_ICD_FILENAMES", manifests.c_str(), /*overwrite=*/1);  // what older loaders read
-}
-
-const auto load_drivers = [] { device::list_devices(); };
-
-/// Those that crash or hang when they are loaded.
-std::vector<std::string> crashing(const std::vector<std::filesystem::path>& manifests) {
-    std::vector<std::string> found;
-    if (!survives(kLoadSeconds, load_drivers)) {
-        for (const auto& manifest : manifests) {
-            if (!survives(kLoadSeconds, [&] {
-                    load_only(manifest.string());
-                    load_drivers();
-                })) {
-                found.push_back(manifest.string());
-            }
-        }
-    }
-    return found;
-}
-
 /// Leaves drivers out that crash. Where there is little memory any may, and nothing is learned.
-void leave_out_crashing(Known& known, bool one_is_needed) {
-    auto manifests = device::driver_manifests();
-    const auto now = fingerprint(manifests);
+void leave_out_crashing(KnownDevices& known, bool one_is_needed) {
+    Manifests all;
+    for (const auto& manifest : device::driver_manifests()) {
+        all.push_back(manifest.string());
+    }
+    const auto now = fingerprint(all);
     if (!known.drivers.contains(now)) {
         if (memory_is_limited()) {
             return;
         }
-        known.drivers[now] = crashing(manifests);
-        keep_known(known);
+        known.drivers[now] = crashing(all);
+        keep_known_devices(known);
     }
-    const auto left_out = known.drivers[now].get<std::vector<std::string>>();
-    if (left_out.empty()) {
+    const auto& left_out = known.drivers[now];
+    if (!left_out) {
         return;
     }
-    const auto crashes = fmt::format(
-        "the Vulkan driver {} crashes when it is loaded, and is left out (remove {} to try it "
-        "again)",
-        fmt::join(left_out, ", "), known_file().string());
-    std::erase_if(manifests, [&](const auto& manifest) {
-        return std::ranges::find(left_out, manifest.string()) != left_out.end();
-    });
-    if (manifests.empty() && one_is_needed) {
-        throw Error(Fault::device, crashes + "; there is no other");
+    const auto text =
+        left_out->empty()
+            ? std::string(
+                  "a Vulkan driver crashes when it is loaded, and only those are used that "
+                  "are installed where packages put them")
+            : fmt::format("the Vulkan driver {} crashes when it is loaded, and is left out",
+                          fmt::join(*left_out, ", "));
+    const auto rest = without(all, *left_out);
+    if (rest.empty() && one_is_needed) {
+        throw Error(Fault::device,
+                    fmt::format("{}{}; there is no other", text, how_to_try_again()));
     }
-    print_warning(crashes);
-    std::vector<std::string> rest(manifests.size());
-    std::ranges::transform(manifests, rest.begin(), [](const auto& m) { return m.string(); });
-    load_only(rest.empty() ? "/dev/null" : fmt::format("{}", fmt::join(rest, ":")));
+    print_warning(text + how_to_try_again());
+    load_only(rest);
 }
 
-/// What comes of trying a device; nothing where it fails in a way that may pass, and that will show
-/// again when it is opened.
-std::optional<Trial> try_once(const DeviceInfo& device, const ContextOptions& options) {
+/// What comes of trying a device, and whether that will be the same next time: not where memory or
+/// the device was lost on the way.
+struct Outcome {
     Trial trial;
+    bool is_for_good = true;
+};
+
+Outcome try_once(const DeviceInfo& device, const ContextOptions& options) {
+    Outcome outcome;
     auto this_one = options;
     this_one.device = std::to_string(device.index);
     try {
-        const auto text = ask_guarded("trying it", kTrialSeconds, kAnyMemory, [&] {
+        outcome.trial = trial_of_text(ask_guarded("trying it", kTrialSeconds, kAnyMemory, [&] {
             try {
-                return text_of(json_of(pipeline::try_device(this_one)));
+                return text_of_trial(pipeline::try_device(this_one));
             } catch (const Error&) {
                 throw;
             } catch (const std::exception& error) {
                 throw Error(Fault::device, error.what());
             }
-        });
-        trial = trial_of(nlohmann::json::parse(text));
+        }));
     } catch (const Error& error) {
-        if (error.fault() != Fault::input) {
-            return std::nullopt;
-        }
-        trial.refusal = "its driver crashed or did not end when it was tried";
+        outcome.is_for_good = error.fault() == Fault::input;
+        outcome.trial.refusal = outcome.is_for_good
+                                    ? "its driver crashed or did not end when it was tried"
+                                    : error.what();
     }
-    trial.device = device::identity(device);
-    if (!trial.refusal.empty()) {
-        trial.refusal += fmt::format(" (remove {} to try it again)", known_file().string());
+    outcome.trial.device = device::identity(device);
+    if (outcome.is_for_good && !outcome.trial.refusal.empty()) {
+        outcome.trial.refusal += how_to_try_again();
     }
-    return trial;
+    return outcome;
 }
 
-/// Tries the device that `choose` names until that is one which is known.
-ContextOptions tried(
-    const std::string& device, bool one_is_needed,
-    const std::function<std::optional<DeviceInfo>(const ContextOptions&)>& choose) {
-    ContextOptions options = {.device = device, .cache_directory = cache_directory()};
-    if (device == engine::kHost) {
-        return options;
-    }
-    Known known = read_known();
-    leave_out_crashing(known, one_is_needed);
-    options.trials = known.trials;
-    if (memory_is_limited()) {
-        try_device_where_limited([&] {
-            if (const auto chosen = choose(options)) {
+/// Where the memory of this process is limited drivers may crash instead of saying so: there the
+/// device is opened in a process of its own each time.
+void open_within_limits(const ContextOptions& options, const Choose& choose) {
+    try {
+        run_guarded("opening the device", kLoadSeconds, kAnyMemory, [&] {
+            // What this process has taken by the time that it opens the device.
+            const std::vector<std::byte> reserve(std::size_t{64} << 20U);
+            if (choose(options)) {
                 const device::Context context(options);
             }
         });
-        return options;
+    } catch (const Error& error) {
+        if (error.fault() == Fault::input) {  // it crashed, or never ended
+            throw Error(Fault::resource,
+                        "the Vulkan driver crashes within the memory that this process may have "
+                        "(ulimit -v, -d); raise the limit");
+        }
+        throw;
+    }
+}
+
+/// Tries the device that is chosen until that is one which is known. The last call of `choose` is
+/// the one that counts.
+void try_chosen(const std::string& device, bool one_is_needed, const pipeline::Control& control,
+                const Choose& choose) {
+    KnownDevices known = read_known_devices();
+    leave_out_crashing(known, one_is_needed);
+    ContextOptions options = {.device = device, .cache_directory = cache_directory()};
+    options.trials = known.trials;
+    if (memory_is_limited()) {
+        open_within_limits(options, choose);
+        choose(options);
+        return;
     }
     for (;;) {
         const auto chosen = choose(options);
         if (!chosen || device::trial_of(*chosen, options.trials) != nullptr) {
-            return options;
+            return;
         }
-        const auto trial = try_once(*chosen, options);
-        if (!trial) {
-            return options;
+        control.update(fmt::format("trying {}", chosen->name), 0);
+        const auto [trial, is_for_good] = try_once(*chosen, options);
+        if (is_for_good) {
+            known.trials.push_back(trial);
+            keep_known_devices(known);
+        } else if (!device.empty()) {
+            return;  // it was asked for, and will say by itself what is wrong
         }
-        options.trials.push_back(*trial);
-        known.trials = options.trials;
-        keep_known(known);
+        options.trials.push_back(trial);
     }
 }
 
 }  // namespace
 
-std::filesystem::path cache_directory() {
-    const auto absolute = [](const char* name) {
-        const char* const value = std::getenv(name);
-        return std::filesystem::path(value != nullptr && value[0] == '/' ? value : "");
-    };
-    const auto cache = absolute("XDG_CACHE_HOME");
-    const auto home = absolute("HOME");
-    return !cache.empty()  ? cache / "merl-scan"
-           : !home.empty() ? home / ".cache" / "merl-scan"
-                           : std::filesystem::path();
-}
-
 ContextOptions untried_device(const std::string& device) {
     ContextOptions options = {.device = device, .cache_directory = cache_directory()};
     if (device != engine::kHost) {
-        Known known = read_known();
+        KnownDevices known = read_known_devices();
         leave_out_crashing(known, !device.empty());
+        options.trials = known.trials;
+        for (auto& trial : options.trials) {
+            trial.refusal.clear();
+        }
     }
     return options;
 }
 
-std::vector<Trial> known_trials() {
-    return read_known().trials;
+std::unique_ptr<engine::Engines> tried_engines(const std::string& device,
+                                               std::span<const engine::Metric* const> metrics,
+                                               const pipeline::Control& control) {
+    std::unique_ptr<engine::Engines> engines;
+    const auto choose = [&](const ContextOptions& options) {
+        engines = std::make_unique<engine::Engines>(options);
+        return engines->device_for(metrics);
+    };
+    if (device == engine::kHost) {
+        choose({.device = device});
+        return engines;
+    }
+    const bool one_is_needed =
+        !device.empty() ||
+        std::ranges::any_of(metrics, [](const auto* metric) { return !metric->has_twin(); });
+    try_chosen(device, one_is_needed, control, choose);
+    return engines;
 }
 
-ContextOptions tried_device(const std::string& device,
-                            std::span<const engine::Metric* const> metrics) {
-    const bool is_needed = !device.empty() || std::ranges::any_of(metrics, [](const auto* metric) {
-        return !metric->has_twin();
-    });
-    return tried(device, is_needed, [&](const ContextOptions& options) {
-        return engine::Engines(options).device_for(metrics);
-    });
-}
-
-ContextOptions tried_device(const std::string& device) {
-    return tried(device, true, [](const ContextOptions& options) -> std::optional<DeviceInfo> {
+ContextOptions tried_device(const std::string& device, const pipeline::Control& control) {
+    ContextOptions last;
+    try_chosen(device, true, control, [&](const ContextOptions& options) {
+        last = options;
         const auto devices = device::list_devices(options.trials);
-        return devices[device::choose_device(devices, options.device)];
+        return std::optional(devices[device::choose_device(devices, options.device)]);
     });
+    return last;
 }
 
 }  // namespace merl::app

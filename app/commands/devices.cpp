@@ -2,6 +2,7 @@
 
 #include "app/cli/exit_status.h"
 #include "app/cli/guard.h"
+#include "app/cli/known_devices.h"
 #include "app/cli/terminal.h"
 #include "app/cli/tried_device.h"
 #include "app/commands/commands.h"
@@ -12,7 +13,7 @@ namespace merl::app {
 namespace {
 
 void print_devices() {
-    const auto trials = known_trials();
+    const auto trials = read_known_devices().trials;
     for (const auto& d : device::list_devices(trials)) {
         print_line(fmt::format("{}: {}", d.index, d.name));
         print_line(fmt::format("   {}, Vulkan {}, {}", d.kind, d.vulkan,

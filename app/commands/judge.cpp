@@ -209,7 +209,7 @@ int run(const Options& options) {
     Images images(shown.size());
     std::uint64_t bytes = 0;
     TerminalControl terminal(options.quiet);
-    const auto context = tried_device(options.image.device);
+    const auto context = tried_device(options.image.device, terminal.control());
     const auto device = pipeline::render_spheres(
         database, places, view, context,
         [&](const engine::SphereImage& sphere, const pipeline::Image& linear) {

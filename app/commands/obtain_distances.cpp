@@ -63,12 +63,11 @@ ObtainedDistances compute(const DistanceOptions& options, const MetricNeeds& nee
     }
     require_metrics(result.metrics.size(), needs);
     result.database = engine::open_database(options.database);  // which has no threads of its own
-    const auto device = tried_device(options.device, result.metrics);
-    try_metrics(result.metrics, device);
-    engine::Engines engines(device);
+    const auto engines = tried_engines(options.device, result.metrics, control);
+    try_metrics(result.metrics, engines->options());
     try {
         result.distances = pipeline::compute_pair_distances(
-            engines, *result.database, result.metrics, options.memory, control);
+            *engines, *result.database, result.metrics, options.memory, control);
     } catch (const MemoryError& error) {
         throw MemoryError(fmt::format("--memory: {}", error.what()));
     } catch (const device::AllocationError& error) {

@@ -267,7 +267,7 @@ int run(const Options& options) {
                    : OutputDirectory::for_files(target.directory, options.force, std::move(files));
     TerminalControl terminal(options.quiet);
     Stopwatch watch;
-    const auto context = tried_device(options.image.device);
+    const auto context = tried_device(options.image.device, terminal.control());
     const auto device = pipeline::render_spheres(
         database, materials, view, context,
         [&](const engine::SphereImage& sphere, const pipeline::Image& linear) {

@@ -16,7 +16,7 @@ void try_metrics(std::span<const engine::Metric* const> metrics,
     for (const auto* metric : metrics) {
         if (!metric->has_twin()) {
             run_guarded(fmt::format("{}: compiling and trying it", metric->file), kSeconds, kBytes,
-                        [&] { pipeline::try_metric(*metric, device); });
+                        [&] { with_little_stack([&] { pipeline::try_metric(*metric, device); }); });
         }
     }
 }

@@ -122,7 +122,6 @@ std::string version_text(std::uint32_t version) {
                        VK_API_VERSION_PATCH(version));
 }
 
-/// The loader, or an Error that says how to get it.
 vk::raii::Context make_loader() {
     try {
         return {};

@@ -12,6 +12,7 @@ namespace merl::device {
 /// What is needed of the loader and of devices.
 inline constexpr std::uint32_t kVulkanVersion = VK_API_VERSION_1_2;
 
+/// "1.2.0".
 std::string version_text(std::uint32_t version);
 
 /// The loader. Throws NoDriverError that says how to get it.

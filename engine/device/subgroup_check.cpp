@@ -52,7 +52,8 @@ void check_subgroups(Context& context) {
         throw UnfitError(
             fmt::format("{} says that a subgroup has {} lanes, and a workgroup of as many was not "
                         "one: {} lanes "
-                        "added up. Its sums would be wrong",
+                        "added up. Its sums would be wrong; `merl-scan devices` "
+                        "lists others, and --device host needs none",
                         context.info().name, expected, found));
     }
 }

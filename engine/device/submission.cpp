@@ -52,6 +52,22 @@ struct Submission::Handles {
                  vk::AccessFlags read) const {
         commands().pipelineBarrier(from, to, {}, vk::MemoryBarrier(written, read), {}, {});
     }
+
+    /// Copies first, then the parts in order.
+    void hand_over() const {
+        if (has_copies) {
+            context->transfer_queue.submit(vk::SubmitInfo({}, {}, *copies, *copied));
+        }
+        const vk::PipelineStageFlags waiting = Stage::eComputeShader | Stage::eTransfer;
+        for (std::size_t i = 0; i < used; ++i) {
+            vk::SubmitInfo part({}, {}, *parts[i]);
+            if (i == 0 && has_copies) {  // the parts after it come later on the same queue
+                part.setWaitSemaphores(*copied);
+                part.setWaitDstStageMask(waiting);
+            }
+            context->queue.submit(part, i + 1 == used ? *fence : vk::Fence());
+        }
+    }
 };
 
 Submission::Submission(Context& context, std::uint32_t most_marks)
@@ -212,17 +228,12 @@ void Submission::submit() {
             h.context->device.flushMappedMemoryRanges(h.to_flush);
         }
         h.context->device.resetFences(*h.fence);
-        if (h.has_copies) {
-            h.context->transfer_queue.submit(vk::SubmitInfo({}, {}, *h.copies, *h.copied));
-        }
-        const vk::PipelineStageFlags waiting = Stage::eComputeShader | Stage::eTransfer;
-        for (std::size_t i = 0; i < h.used; ++i) {
-            vk::SubmitInfo part({}, {}, *h.parts[i]);
-            if (i == 0 && h.has_copies) {  // the parts after it come later on the same queue
-                part.setWaitSemaphores(*h.copied);
-                part.setWaitDstStageMask(waiting);
-            }
-            h.context->queue.submit(part, i + 1 == h.used ? *h.fence : vk::Fence());
+        try {
+            h.hand_over();
+        } catch (const vk::SystemError&) {
+            // Some of it may run, without the fence that comes last.
+            h.context->device.waitIdle();
+            throw;
         }
     });
     h.running = true;

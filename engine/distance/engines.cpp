@@ -42,6 +42,12 @@ void Engines::choose() {
     }
     try {
         const auto devices = device::list_devices(options_.trials);
+        for (const auto& device : devices) {
+            const auto* const trial = device::trial_of(device, options_.trials);
+            if (rule_ == Rule::automatic && trial != nullptr && !trial->refusal.empty()) {
+                failed_.push_back(fmt::format("{} is not used: {}", device.name, trial->refusal));
+            }
+        }
         chosen_ = devices[device::choose_device(devices, options_.device)];
         const auto* const trial = device::trial_of(*chosen_, options_.trials);
         rest_only_ =
@@ -78,7 +84,7 @@ void Engines::refuse(const Metric& metric) const {
 }
 
 void Engines::refuse_without_float64(const Metric& metric) const {
-    const auto devices = device::list_devices();
+    const auto devices = device::list_devices(options_.trials);
     const auto other = std::ranges::find_if(
         devices, [](const device::DeviceInfo& d) { return !d.refusal && d.limits.floats.float64; });
     throw Error(Fault::device,
@@ -86,7 +92,9 @@ void Engines::refuse_without_float64(const Metric& metric) const {
                             "not have in shaders: {}",
                             metric.file, chosen_->name,
                             other == devices.end()
-                                ? "no Vulkan device of this machine has it; it takes one that does"
+                                ? "no other Vulkan device of this machine has it; Mesa's lavapipe "
+                                  "does (on Debian: apt-get "
+                                  "install mesa-vulkan-drivers)"
                                 : fmt::format("choose one that does, as with --device {} ({})",
                                               other->index, other->name)));
 }
@@ -94,6 +102,7 @@ void Engines::refuse_without_float64(const Metric& metric) const {
 std::vector<Engines::Share> Engines::share(std::span<const Metric* const> metrics,
                                            std::vector<std::string>& warnings) {
     choose();
+    warnings.insert(warnings.end(), failed_.begin(), failed_.end());
     std::vector<std::size_t> on_device;
     std::vector<std::size_t> on_host;
     for (std::size_t m = 0; m < metrics.size(); ++m) {

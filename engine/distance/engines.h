@@ -46,8 +46,12 @@ class Engines {
     std::vector<Share> share(std::span<const Metric* const> metrics,
                              std::vector<std::string>& warnings);
 
-    /// The Vulkan device that share() would open; none where it opens none, or cannot.
+    /// The Vulkan device that share() would open; none where it opens none, or cannot. Looks for
+    /// devices, which share() then need not.
     std::optional<device::DeviceInfo> device_for(std::span<const Metric* const> metrics);
+
+    /// What it was made of; nothing where that was a device.
+    const device::ContextOptions& options() const { return options_; }
 
   private:
     enum class Rule { automatic, host, vulkan };
@@ -63,9 +67,10 @@ class Engines {
     Rule rule_;
     bool looked_ = false;                       // for devices
     std::optional<device::DeviceInfo> chosen_;  // not opened yet, or by this
-    bool rest_only_ = false;     // whether it is for what the host engine cannot do well
-    std::string why_no_device_;  // where none can be used
-    bool no_driver_ = false;     // for want of a driver that could be installed
+    bool rest_only_ = false;           // whether it is for what the host engine cannot do well
+    std::string why_no_device_;        // where none can be used
+    std::vector<std::string> failed_;  // devices that a trial refused, and why
+    bool no_driver_ = false;           // for want of a driver that could be installed
     std::optional<device::Context> context_;
     std::unique_ptr<Engine> host_;
     std::unique_ptr<Engine> vulkan_;

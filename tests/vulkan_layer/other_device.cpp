@@ -51,7 +51,7 @@ struct Settings {
     bool software = false;           // software: a kind=... that computes on the processor
     bool untested = false;           // untested: a driver that is not conformant
     bool portability = false;        // portability: only for those who ask for such devices
-    bool wrong = false;              // wrong: it leaves out a workgroup of those along x
+    std::uint64_t wrong = 0;         // wrong=N: of N workgroups along x the last does nothing
 };
 
 std::uint64_t number(const std::string& word, const std::string& text) {
@@ -78,6 +78,7 @@ Settings read_settings() {
         {"timestamp-bits", &Settings::timestamp_bits},
         {"groups", &Settings::groups},
         {"subgroup", &Settings::subgroup},
+        {"wrong", &Settings::wrong},
         {"groups-at-once", &Settings::groups_at_once},
         {"storage-buffer", &Settings::storage_buffer}};
     const std::map<std::string, bool Settings::*> switches = {
@@ -88,8 +89,7 @@ Settings read_settings() {
         {"non-coherent", &Settings::non_coherent},
         {"software", &Settings::software},
         {"untested", &Settings::untested},
-        {"portability", &Settings::portability},
-        {"wrong", &Settings::wrong}};
+        {"portability", &Settings::portability}};
     for (std::string word; words >> word;) {
         const auto equals = word.find('=');
         const auto name = word.substr(0, equals);
@@ -699,7 +699,7 @@ VKAPI_ATTR void VKAPI_CALL dispatch_base(VkCommandBuffer commands, std::uint32_t
                                          std::uint32_t first_y, std::uint32_t first_z,
                                          std::uint32_t x, std::uint32_t y, std::uint32_t z) {
     count_groups(commands, x, y, z);
-    const std::uint32_t run = settings().wrong && x > 1 ? x - 1 : x;
+    const std::uint32_t run = settings().wrong == x && x > 1 ? x - 1 : x;
     BELOW_DEVICE(commands, vkCmdDispatchBase)(commands, first_x, first_y, first_z, run, y, z);
 }
 

@@ -96,6 +96,9 @@ class VulkanWork final : public EngineWork {
             s.upload(slot.buffers->samples, slot.buffers->samples.bytes());
             s.upload(slot.buffers->geometry, slot.buffers->geometry.bytes());
         }
+        for (const auto& products : slot.products) {
+            VulkanMetric::upload(s, products);
+        }
         s.mark();
         PacedWork work(s);
         for (std::size_t m = 0; m < metrics_.size(); ++m) {

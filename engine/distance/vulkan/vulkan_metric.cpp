@@ -368,6 +368,12 @@ void VulkanMetric::make_grid(const Products& products, const Slab& slab, std::si
     }
 }
 
+void VulkanMetric::upload(device::Submission& submission, const Products& products) {
+    if (products.grid_) {
+        submission.upload(*products.grid_, products.grid_->bytes());
+    }
+}
+
 void VulkanMetric::record(PacedWork& work, Products& products, std::uint32_t voxels,
                           std::uint32_t blocks) const {
     auto& submission = work.submission;
@@ -390,9 +396,7 @@ void VulkanMetric::record(PacedWork& work, Products& products, std::uint32_t vox
         }
         work.dispatch(diagonal, bytes_of(tiles), tiles_.across, blocks, pair_work(of_tile / 2));
     };
-    if (products.grid_) {
-        submission.upload(*products.grid_, products.grid_->bytes());
-    } else {
+    if (!products.grid_) {
         constexpr std::uint32_t kGroupsOfBlock = kBlockVoxels / kLanes;
         work.dispatch(*products.weigh_, bytes_of(WeighPush{voxels}), slab_voxels / kLanes, 1,
                       grid_work(1.0 / kGroupsOfBlock));

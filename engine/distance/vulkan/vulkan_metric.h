@@ -140,6 +140,9 @@ class VulkanMetric {
     void make_grid(const Products& products, const Slab& slab, std::size_t material,
                    std::span<const BlockSamples> blocks) const;
 
+    /// The grid, where the host makes it; before record().
+    static void upload(device::Submission& submission, const Products& products);
+
     /// Records everything for a slab of `voxels` voxels, filled up to `blocks` blocks. Marks twice:
     /// after the grid is made, and after the differences.
     void record(PacedWork& work, Products& products, std::uint32_t voxels,

@@ -1,6 +1,8 @@
 """Devices that nobody has at hand: lavapipe below a layer that makes it look like them
 (tests/vulkan_layer)."""
 
+import ctypes
+import json
 import os
 import pathlib
 import random
@@ -22,6 +24,19 @@ float weight(Voxel v) { return v.cos_theta_i; }
 float difference(float d) { return d * d; }
 """
 CARD = "kind=discrete heap=4096 bar=256"  # MiB, without resizable BAR
+
+
+class Hash128(ctypes.Structure):
+    _fields_ = [("low", ctypes.c_uint64), ("high", ctypes.c_uint64)]
+
+
+def xxh3_128(data):
+    """In hexadecimal digits, by the library that the program links too."""
+    function = ctypes.CDLL("libxxhash.so.0").XXH3_128bits
+    function.restype = Hash128
+    function.argtypes = ctypes.c_char_p, ctypes.c_size_t
+    found = function(data, len(data))
+    return f"{found.high:016x}{found.low:016x}"
 
 
 class OtherDevices(Case):
@@ -117,6 +132,7 @@ class OtherDevices(Case):
     def test_work_is_handed_over_in_pieces(self):
         """Too much at once is what watchdogs end, and no digit depends on how work is cut. Without
         timestamps the program stays with what it takes for safe at first."""
+        self.kept = self.new_cache()  # so that no tiles were measured
         grid = (18, 24, 48)
         some = support.samples(1, grid)
         numbers = random.Random(1)
@@ -128,7 +144,7 @@ class OtherDevices(Case):
             options = ("--database", "larger", "--metrics", metrics, "--device", "0", "--fast", "--force",
                        "--disagreements", "0")
             tables = []
-            for device in "kind=discrete", "kind=integrated " + limit.format(1000):
+            for device in "kind=discrete", "kind=integrated " + limit.format(2500):
                 self.results(device, *options)
                 tables.append([(self.work / "out" / name).read_bytes() for name in ("pairs.csv", "selection.csv")])
             self.assertEqual(*tables)
@@ -229,6 +245,7 @@ class OtherDevices(Case):
 
     def test_a_workgroup_that_is_no_subgroup(self):
         self.kept = self.new_cache()
+        self.warns = True
         lie = "kind=discrete subgroup=64"
         for _ in "tried", "known":
             _, found = self.results(lie, "--force")
@@ -237,12 +254,44 @@ class OtherDevices(Case):
         self.refused(lie, ["a subgroup has 64 lanes", "lanes added up"], "--device", "other", "--out", "other")
 
     def test_a_device_that_computes_wrongly(self):
+        """The trial has 24 materials: 4 tiles along the diagonal, 6 above it; and blocks whose weights are
+        made by 16 workgroups."""
+        self.warns = True
+        for groups, metric in (4, "cwcbrt"), (6, "cwcbrt"), (16, "cwcbrt"):
+            with self.subTest(groups=groups):
+                self.kept = self.new_cache()
+                wrong = f"kind=discrete timestamp-bits=0 wrong={groups}"
+                _, found = self.results(wrong, "--force")
+                self.assertEqual(found["engines"][0]["engine"], "host")
+                self.assertIn("computes wrongly", "".join(found["warnings"]))
+                listed = self.assert_success("devices", **self.on(wrong))
+                self.assertIn("computes wrongly", listed)
+                self.assertIn(metric, listed)
+                self.refused(wrong, ["computes wrongly", "devices.json"], "--device", "0", "--force")
+
+    def test_tiles_are_measured_where_time_is(self):
+        for device, measured in ("kind=discrete timestamp-bits=0", False), ("kind=discrete", True):
+            self.kept = self.new_cache()
+            self.results(device, "--force")
+            kept = (self.kept / "merl-scan" / "devices.json").read_text(encoding="utf-8")
+            (trial,) = json.loads(kept.split("\n", 2)[2])["trials"]
+            self.assertEqual("tiles" in trial, measured)
+
+    def test_what_another_program_kept(self):
+        """The bytes are whole, and what they say is of no use."""
         self.kept = self.new_cache()
-        _, found = self.results("kind=discrete wrong")
-        self.assertEqual(found["engines"][0]["engine"], "host")
-        listed = self.assert_success("devices", **self.on("kind=discrete wrong"))
-        self.assertIn("computes wrongly: a distance under cwcbrt is", listed)
-        self.refused("kind=discrete wrong", ["computes wrongly", "devices.json"], "--device", "0", "--force")
+        self.results("kind=discrete timestamp-bits=0")
+        file = self.kept / "merl-scan" / "devices.json"
+        known = json.loads(file.read_text(encoding="utf-8").split("\n", 2)[2])
+        trial = known["trials"][0]
+        for change in ({"program": "another"}, {"trials": {}}, {"trials": [{}]}, {"trials": [trial | {"refusal": 1}]},
+                       {"trials": [trial | {"tiles": {"power": 0, "square": 4294967295}}]}, {"drivers": [1]},
+                       {"drivers": {key: 1 for key in known["drivers"]}}):
+            with self.subTest(change=change):
+                text = json.dumps(known | change)
+                file.write_text(f"merl-scan cache 1\n{xxh3_128(text.encode())}\n{text}", encoding="utf-8")
+                self.results("kind=discrete timestamp-bits=0", "--force")
+                self.assertEqual(json.loads(file.read_text(encoding="utf-8").split("\n", 2)[2]), known)
 
     def test_a_driver_that_crashes(self):
         """RADV does, without hardware and for a family that it does not know."""

@@ -144,6 +144,38 @@ TEST(Context, ChoosesByIndexAndByPartOfTheName) {
     EXPECT_GE(Context().limits().subgroup_size, 4U);
 }
 
+TEST(Devices, TakeWhatATrialFound) {
+    const auto device = list_devices().at(0);
+    const std::vector<Trial> trials = {
+        {.device = identity(device), .tiles = TileSides{.power = 2, .square = 3}}};
+    EXPECT_EQ(list_devices(trials).at(0).limits.tiles, (TileSides{.power = 2, .square = 3}));
+    const std::vector<Trial> failed = {{.device = identity(device), .refusal = "wrong"}};
+    EXPECT_EQ(list_devices(failed).at(0).refusal, "wrong");
+    const std::vector<Trial> other = {{.device = "another", .refusal = "wrong"}};
+    EXPECT_EQ(list_devices(other).at(0).refusal, std::nullopt);
+}
+
+TEST(Devices, SoftwareAndWhatNobodyTestedComeLast) {
+    const auto of_kind = [](const char* kind) {
+        DeviceInfo info;
+        info.kind = kind;
+        info.limits.is_host = info.kind == "CPU";
+        return info;
+    };
+    const auto card = of_kind("discrete GPU");
+    const auto integrated = of_kind("integrated GPU");
+    const auto processor = of_kind("CPU");
+    auto untested = card;
+    untested.is_conformant = false;
+    auto software = card;
+    software.limits.is_host = true;
+    EXPECT_EQ(choose_device({integrated, card}, ""), 1U);
+    EXPECT_EQ(choose_device({untested, integrated}, ""), 1U);
+    EXPECT_EQ(choose_device({untested, processor}, ""), 1U);
+    EXPECT_EQ(choose_device({software, integrated}, ""), 1U);
+    EXPECT_EQ(choose_device({processor, software}, ""), 0U);
+}
+
 TEST(Context, RefusesWhatIsNotThere) {
     for (const char* wanted : {"geforce", "7", "-1"}) {
         try {
