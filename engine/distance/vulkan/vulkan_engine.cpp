@@ -100,7 +100,7 @@ class VulkanWork final : public EngineWork {
             VulkanMetric::upload(s, products);
         }
         s.mark();
-        PacedWork work(s);
+        device::PacedWork work(s);
         for (std::size_t m = 0; m < metrics_.size(); ++m) {
             metrics_[m].record(work, slot.products[m], static_cast<std::uint32_t>(slab_->voxels),
                                slot.blocks);

@@ -16,6 +16,7 @@ using device::BoundKernel;
 using device::Buffer;
 using device::Context;
 using device::Kernel;
+using device::PacedWork;
 using device::Texels;
 using device::Traffic;
 
@@ -223,35 +224,6 @@ ScratchBuffers::ScratchBuffers(Context& context, const DeviceExtent& extent,
     if (const auto bytes = most_of(extent, metrics, &DeviceExtent::ranges_bytes); bytes > 0) {
         ranges.emplace(context, bytes, Traffic::none, Texels::floats);
     }
-}
-
-void PacedWork::record(const BoundKernel& kernel, std::span<const std::byte> push,
-                       const device::GroupRange& range, const Share& share) {
-    const double units =
-        share.units_of_group * static_cast<double>(range.groups_x) * range.groups_y;
-    const double filling = units / static_cast<double>(share.budget.units());
-    if (filled_ > 0 && filled_ + filling > 1) {
-        submission.split();
-        filled_ = 0;
-    }
-    submission.dispatch(kernel, push, range);
-    filled_ += filling;
-    share.total += units;
-}
-
-void PacedWork::dispatch(const BoundKernel& kernel, std::span<const std::byte> push,
-                         std::uint32_t groups_x, std::uint32_t groups_y, const Share& share) {
-    const double most = static_cast<double>(share.budget.units()) / share.units_of_group;
-    const auto limit =
-        static_cast<std::uint64_t>(std::clamp(most, 1.0, static_cast<double>(groups_x) * groups_y));
-    for (const auto& range : cut_groups(groups_x, groups_y, limit)) {
-        record(kernel, push, range, share);
-    }
-}
-
-void PacedWork::dispatch_whole(const BoundKernel& kernel, std::span<const std::byte> push,
-                               std::uint32_t groups_x, std::uint32_t groups_y, const Share& share) {
-    record(kernel, push, {.groups_x = groups_x, .groups_y = groups_y}, share);
 }
 
 VulkanMetric::VulkanMetric(Context& context, const DeviceExtent& extent, const Metric& metric,

@@ -8,11 +8,11 @@
 #include "engine/device/buffer.h"
 #include "engine/device/context.h"
 #include "engine/device/kernel.h"
+#include "engine/device/paced_work.h"
 #include "engine/device/submission.h"
 #include "engine/distance/parts/engine.h"
 #include "engine/distance/parts/pair_totals.h"
 #include "engine/distance/parts/slab.h"
-#include "engine/distance/vulkan/work_budget.h"
 #include "engine/metric/check/finding.h"
 #include "engine/metric/metric.h"
 #include "engine/metric/metric_kernels.h"
@@ -72,35 +72,6 @@ struct ScratchBuffers {
     std::optional<device::Buffer> ranges;  // [block][material][chunk], where a metric has slopes
 };
 
-/// Records kernels so that no submit is more than the device's budget.
-class PacedWork {
-  public:
-    explicit PacedWork(device::Submission& submission_) : submission(submission_) {}
-
-    /// What a kernel does, in units of a budget.
-    struct Share {
-        double units_of_group = 0;
-        const WorkBudget& budget;
-        double& total;  // to which the units are added
-    };
-
-    /// A kernel that does not look at gl_NumWorkGroups, in as many ranges as it takes.
-    void dispatch(const device::BoundKernel& kernel, std::span<const std::byte> push,
-                  std::uint32_t groups_x, std::uint32_t groups_y, const Share& share);
-
-    /// Any kernel, in one piece.
-    void dispatch_whole(const device::BoundKernel& kernel, std::span<const std::byte> push,
-                        std::uint32_t groups_x, std::uint32_t groups_y, const Share& share);
-
-    device::Submission& submission;
-
-  private:
-    void record(const device::BoundKernel& kernel, std::span<const std::byte> push,
-                const device::GroupRange& range, const Share& share);
-
-    double filled_ = 0;  // share of one submit that the commands since the last split take
-};
-
 /// One metric on the device: its kernels (shaders/framework/), and the float64 totals of what they
 /// give.
 class VulkanMetric {
@@ -145,7 +116,7 @@ class VulkanMetric {
 
     /// Records everything for a slab of `voxels` voxels, filled up to `blocks` blocks. Marks twice:
     /// after the grid is made, and after the differences.
-    void record(PacedWork& work, Products& products, std::uint32_t voxels,
+    void record(device::PacedWork& work, Products& products, std::uint32_t voxels,
                 std::uint32_t blocks) const;
 
     /// The seconds up to either mark of a slab that is finished: what comes next is cut by them.
@@ -168,8 +139,8 @@ class VulkanMetric {
     DeviceExtent extent_;
     PairTiles tiles_;
     PairTotals totals_;
-    WorkBudget grid_budget_;             // in blocks of a material
-    WorkBudget pair_budget_;             // in blocks of a pair
+    device::WorkBudget grid_budget_;     // in blocks of a material
+    device::WorkBudget pair_budget_;     // in blocks of a pair
     std::vector<BlockWeights> weights_;  // where the host makes the grids
     std::optional<device::Kernel> weigh_, prepare_;
     std::optional<device::Kernel> difference_, diagonal_difference_;

@@ -1,10 +1,10 @@
-#include "engine/distance/vulkan/work_budget.h"
+#include "engine/device/paced_work.h"
 
 #include <gtest/gtest.h>
 
 #include <vector>
 
-namespace merl::engine {
+namespace merl::device {
 namespace {
 
 TEST(CutGroups, CoversEveryGroupOnceAndKeepsToTheLimit) {
@@ -38,8 +38,8 @@ TEST(CutGroups, CutsRowsOnlyWhereOneIsTooMuch) {
     EXPECT_EQ(cut_groups(10, 7, 6).size(), 14U);
 }
 
-device::DeviceInfo device_of(const char* kind) {
-    device::DeviceInfo device;
+DeviceInfo device_of(const char* kind) {
+    DeviceInfo device;
     device.kind = kind;
     device.limits.is_host = device.kind == "CPU";
     return device;
@@ -80,4 +80,4 @@ TEST(WorkBudget, BecomesATenthOfASecondsWorth) {
 }
 
 }  // namespace
-}  // namespace merl::engine
+}  // namespace merl::device
