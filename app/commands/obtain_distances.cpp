@@ -110,7 +110,8 @@ CLI::Option* add_distance_options(CLI::App& command, DistanceOptions& options,
     auto* device =
         command.add_option("--device", options.device,
                            "host (this processor), or a Vulkan device by number or part of its "
-                           "name (default: a GPU if there is one, else the host)");
+                           "name (default: a GPU that passed a trial and is faster, else the "
+                           "host)");
     auto* memory =
         command
             .add_option("--memory", options.memory,
