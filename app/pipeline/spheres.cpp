@@ -75,11 +75,13 @@ device::DeviceInfo render_spheres(const engine::Database& database,
     control.update("rendering", 0);
     const auto all = static_cast<double>(materials.size() * view.sphere.lights.size());
     double done = 0;
-    engine::render_spheres(context, database, materials, view.sphere,
-                           [&](const engine::SphereImage& sphere) {
-                               sink(sphere, compose(sphere.pixels, view));
-                               control.update("rendering", ++done / all);
-                           });
+    engine::render_spheres(
+        context, database, materials, view.sphere,
+        [&](const engine::SphereImage& sphere) {
+            sink(sphere, compose(sphere.pixels, view));
+            control.update("rendering", ++done / all);
+        },
+        [&] { control.update("rendering", done / all); });
     return context.info();
 }
 

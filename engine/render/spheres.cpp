@@ -11,6 +11,7 @@
 #include "engine/database/content_hash.h"
 #include "engine/device/buffer.h"
 #include "engine/device/kernel.h"
+#include "engine/device/paced_work.h"
 #include "engine/device/shader_compiler.h"
 #include "engine/device/submission.h"
 #include "engine/metric/metric_library.h"
@@ -23,14 +24,21 @@ using device::BoundKernel;
 using device::Buffer;
 using device::Context;
 using device::Kernel;
+using device::PacedWork;
 using device::Submission;
 using device::Texels;
 using device::Traffic;
+using device::WorkBudget;
 
 using Texel = std::array<float, 4>;
 
 constexpr double kFill = 0.9;       // of half the image's height
 constexpr std::uint32_t kSide = 8;  // of a workgroup, as in the shader
+
+/// What a pixel takes, in float32 operations: 16 samples where the silhouette crosses it, of some
+/// 500 each (eight texels in places of their own, three arc tangents, roots). Most pixels have 4,
+/// but lanes wait for those beside them.
+constexpr double kPixelOperations = 16 * 500;
 
 /// Push constants of shaders/render/sphere.comp.
 struct Push {
@@ -102,40 +110,38 @@ void require_room(const device::Limits& limits, const Grid& grid, const SphereOp
 /// What one material needs on the device. There are two: one is filled while the other works.
 class Slot {
   public:
-    Slot(Context& context, const Kernel& kernel, const Grid& grid, const SphereOptions& options)
-        : samples_(context, grid.voxels() * sizeof(Texel), Traffic::upload, Texels::floats),
+    Slot(Context& context, const Kernel& kernel, const Grid& grid, const SphereOptions& options,
+         WorkBudget& budget)
+        : grid_(grid),
+          options_(options),
+          budget_(budget),
+          samples_(context, grid.voxels() * sizeof(Texel), Traffic::upload, Texels::floats),
           submission_(context) {
         for (std::size_t light = 0; light < options.lights.size(); ++light) {
             images_.emplace_back(context,
                                  std::uint64_t{options.size} * options.size * sizeof(SpherePixel),
                                  Traffic::download);
-        }
-        submission_.begin();
-        submission_.upload(samples_, samples_.bytes());
-        const std::uint32_t groups = (options.size + kSide - 1) / kSide;
-        for (std::size_t light = 0; light < options.lights.size(); ++light) {
             const std::array<Buffer*, 2> buffers = {&samples_, &images_[light]};
             bound_.emplace_back(context, kernel, buffers);
-            const Push push = make_push(grid, options, light);
-            submission_.dispatch(bound_.back(), std::as_bytes(std::span(&push, 1)), groups, groups);
-            submission_.download(images_[light], images_[light].bytes());
         }
     }
 
     void start(const Database& database, std::size_t material, std::size_t number) {
         content_hash_ = fill_texels(database, material, samples_.host_as<Texel>());
+        record();
         submission_.submit();
         running_ = true;
         number_ = number;
     }
 
     /// Hands over what was started, if anything was.
-    void finish(const SphereSink& sink) {
+    void finish(const SphereSink& sink, const std::function<void()>& meanwhile) {
         if (!running_) {
             return;
         }
-        submission_.wait();
+        submission_.wait(meanwhile);
         running_ = false;
+        budget_.measured(pixels_, submission_.seconds().front());
         for (std::size_t light = 0; light < images_.size(); ++light) {
             sink({.material = number_,
                   .light = light,
@@ -145,6 +151,27 @@ class Slot {
     }
 
   private:
+    /// Anew for each material, since the budget changes.
+    void record() {
+        submission_.begin();
+        submission_.upload(samples_, samples_.bytes());
+        submission_.mark();
+        PacedWork work(submission_);
+        pixels_ = 0;
+        const std::uint32_t groups = (options_.size + kSide - 1) / kSide;
+        for (std::size_t light = 0; light < images_.size(); ++light) {
+            const Push push = make_push(grid_, options_, light);
+            work.dispatch(bound_[light], std::as_bytes(std::span(&push, 1)), groups, groups,
+                          {kSide * kSide, budget_, pixels_});
+            submission_.download(images_[light], images_[light].bytes());
+        }
+        submission_.mark();
+    }
+
+    const Grid& grid_;
+    const SphereOptions& options_;
+    WorkBudget& budget_;  // in pixels, of both slots
+    double pixels_ = 0;   // that were recorded
     Buffer samples_;
     std::vector<Buffer> images_;
     std::vector<BoundKernel> bound_;
@@ -158,21 +185,22 @@ class Slot {
 
 void render_spheres(Context& context, const Database& database,
                     std::span<const std::size_t> materials, const SphereOptions& options,
-                    const SphereSink& sink) {
+                    const SphereSink& sink, const std::function<void()>& meanwhile) {
     require_room(context.limits(), database.grid(), options);
     const Kernel kernel(context, "sphere", compile_sphere(),
                         Kernel::Options{.bindings = {Binding::texels, Binding::storage},
                                         .constants = {},
                                         .push_bytes = sizeof(Push),
                                         .one_subgroup = false});
-    Slot even(context, kernel, database.grid(), options);
-    Slot odd(context, kernel, database.grid(), options);
+    WorkBudget budget(context.info(), kPixelOperations);
+    Slot even(context, kernel, database.grid(), options, budget);
+    Slot odd(context, kernel, database.grid(), options, budget);
     for (std::size_t i = 0; i < materials.size(); ++i) {
         Slot& slot = i % 2 == 0 ? even : odd;
         slot.start(database, materials[i], i);
-        (i % 2 == 0 ? odd : even).finish(sink);
+        (i % 2 == 0 ? odd : even).finish(sink, meanwhile);
     }
-    (materials.size() % 2 == 0 ? odd : even).finish(sink);
+    (materials.size() % 2 == 0 ? odd : even).finish(sink, meanwhile);
     context.check_validation();
 }
 

@@ -44,10 +44,10 @@ using SphereSink = std::function<void(const SphereImage&)>;
 /// Renders a sphere of each of the materials (indices into the database's), in order, under each
 /// light. Trilinear interpolation in the M-domain, repeating along M_r; reflectance below zero and
 /// points below the horizon of light or eye are zero. While the device renders one material the
-/// host reads the next. Throws Error (input) from the database, and (device) when a material does
-/// not fit into a buffer.
+/// host reads the next; while the host waits it calls `meanwhile` as Submission::wait() does.
+/// Throws Error (input) from the database, and (device) when a material does not fit into a buffer.
 void render_spheres(device::Context& context, const Database& database,
                     std::span<const std::size_t> materials, const SphereOptions& options,
-                    const SphereSink& sink);
+                    const SphereSink& sink, const std::function<void()>& meanwhile = {});
 
 }  // namespace merl::engine

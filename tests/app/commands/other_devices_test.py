@@ -345,6 +345,21 @@ class OtherDevices(Case):
             self.assertGreaterEqual(len(images[-1]), 12)
             self.assertEqual(images[-1], images[0], device)
 
+    def test_spheres_are_handed_over_in_pieces(self):
+        """An image is 50 x 50 workgroups: more than may be handed over at once, and what is left of
+        one with the start of the next is too."""
+        images = []
+        limit = "timestamp-bits=0 groups-at-once=2000"
+        options = ("--database", "db", "--material", "m01,m02", "--size", "400", "--light", "1,1,1", "--light", "-1,1,1",
+                   "--device", "0", "--out", "spheres", "--force")
+        for device in "kind=discrete", "kind=integrated " + limit:
+            self.assert_success("render", *options, **self.on(device))
+            images.append({path.name: path.read_bytes() for path in (self.work / "spheres").rglob("*.png")})
+        self.assertGreaterEqual(len(images[0]), 4)
+        self.assertEqual(*images)
+        # A processor has no watchdog, and nothing is cut for it.
+        self.assert_refused(DEVICE, ["lost"], "render", *options, **self.on(limit))
+
 
 if __name__ == "__main__":
     support.main()

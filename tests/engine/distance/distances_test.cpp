@@ -4,12 +4,12 @@
 #include <tbb/global_control.h>
 
 #include <cmath>
-#include <cstdlib>
 #include <memory>
 #include <string>
 
 #include "engine/database/abc_database.h"
 #include "engine/distance/float64_distances.h"
+#include "tests/engine/other_device.h"
 #include "tests/engine/support.h"
 
 namespace merl::engine {
@@ -358,23 +358,11 @@ TEST(Distances, ProgressReachesOneAndItsExceptionEndsTheWork) {
               3U);  // still works
 }
 
-/// lavapipe below a layer that makes it look like another device (tests/vulkan_layer).
-std::unique_ptr<device::Context> other_device(const std::string& changes) {
-    ::setenv("VK_LAYER_PATH", MERL_TEST_LAYERS ":/usr/share/vulkan/explicit_layer.d", 1);
-    ::setenv("VK_INSTANCE_LAYERS", "VK_LAYER_MERL_SCAN_other_device", 1);
-    ::setenv("MERL_SCAN_OTHER_DEVICE", changes.c_str(), 1);
-    auto context = std::make_unique<device::Context>();
-    for (const char* name : {"VK_LAYER_PATH", "VK_INSTANCE_LAYERS", "MERL_SCAN_OTHER_DEVICE"}) {
-        ::unsetenv(name);
-    }
-    return context;
-}
-
 TEST(Distances, ProgressIsHeardWhileADeviceWorks) {
     const FunctionDatabase database({.theta_h = 7, .theta_d = 5, .phi_d = 3}, 3,
                                     test::random_sample);
     const Metric* const one[] = {&find_metric("rmse")};
-    const auto context = other_device("kind=discrete hang-at=1");
+    const auto context = test::other_device("kind=discrete hang-at=1");
     Engines engines(*context);
     double last = 0;
     EXPECT_THROW(compute_distances(engines, database, one,

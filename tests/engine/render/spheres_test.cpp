@@ -8,6 +8,7 @@
 
 #include "engine/device/shader_compiler.h"
 #include "engine/distance/parts/slab_reader.h"
+#include "tests/engine/other_device.h"
 #include "tests/engine/support.h"
 
 namespace merl::engine {
@@ -174,6 +175,15 @@ TEST(Spheres, WhatTheSinkThrowsComesOut) {
     EXPECT_THROW(render_spheres(test::lavapipe(), lambertian(), std::vector<std::size_t>{0, 1, 2},
                                 {.size = 32, .field_of_view = 60, .lights = {{1, 1, 1}}},
                                 [](const SphereImage&) { throw std::runtime_error("stop"); }),
+                 std::runtime_error);
+}
+
+TEST(Spheres, WhatIsThrownWhileTheDeviceWorksComesOut) {
+    const auto context = test::other_device("kind=discrete hang-at=1");
+    EXPECT_THROW(render_spheres(
+                     *context, lambertian(), std::vector<std::size_t>{0},
+                     {.size = 32, .field_of_view = 60, .lights = {{1, 1, 1}}},
+                     [](const SphereImage&) {}, [] { throw std::runtime_error("stop"); }),
                  std::runtime_error);
 }
 
