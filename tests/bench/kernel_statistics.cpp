@@ -65,7 +65,7 @@ Compiler::Compiler(const std::string& wanted) {
     vk::PhysicalDevicePipelineExecutablePropertiesFeaturesKHR statistics(true);
     vk::PhysicalDeviceSubgroupSizeControlFeaturesEXT size_control(true, true, &statistics);
     vk::PhysicalDeviceFeatures features;
-    features.shaderFloat64 = true;
+    features.shaderFloat64 = floats.float64;
     const float priority = 1.0F;
     const vk::DeviceQueueCreateInfo queue({}, device::compute_queue_family(physical).value(), 1,
                                           &priority);
@@ -88,12 +88,12 @@ struct Row {
     Kernel kernel;
 };
 
-std::vector<Row> rows_of(const engine::MetricKernels& spirv, std::span<const std::uint32_t> sides,
+std::vector<Row> rows_of(const engine::Metric& metric, const engine::MetricKernels& spirv,
+                         std::span<const std::uint32_t> sides,
                          std::span<const std::uint32_t> subgroup_sizes) {
     constexpr std::uint32_t kLanes = 64;
     std::vector<Row> rows = {{0, {"weigh", spirv.weigh, {kLanes}, 1, 0}},
                              {0, {"prepare", spirv.prepare, {kLanes}, 3, 0}}};
-    const bool has_bound = !spirv.norms.empty() || !spirv.slopes.empty();
     for (const auto lanes : subgroup_sizes) {
         for (const auto& [name, words] :
              {std::pair("norms", &spirv.norms), {"ranges", &spirv.ranges}}) {
@@ -103,7 +103,7 @@ std::vector<Row> rows_of(const engine::MetricKernels& spirv, std::span<const std
             for (const auto& [name, words] :
                  {std::pair("difference", &spirv.difference), {"slopes", &spirv.slopes}}) {
                 rows.push_back({side, {name, *words, {lanes, 0, side}, 1, lanes}});
-                if (has_bound) {
+                if (metric.has_bound()) {
                     const auto diagonal = fmt::format("diagonal {}", name);
                     rows.push_back({side, {diagonal, *words, {lanes, 1, side}, 1, lanes}});
                 }
@@ -147,8 +147,9 @@ Statistics compile(const Compiler& compiler, const Kernel& kernel) {
     }
     const vk::raii::Pipeline pipeline(
         device, nullptr,
-        vk::ComputePipelineCreateInfo(vk::PipelineCreateFlagBits::eCaptureStatisticsKHR, stage,
-                                      *layout));
+        vk::ComputePipelineCreateInfo(vk::PipelineCreateFlagBits::eCaptureStatisticsKHR |
+                                          vk::PipelineCreateFlagBits::eDispatchBase,
+                                      stage, *layout));
     Statistics statistics;
     for (const auto& s : device.getPipelineExecutableStatisticsKHR({*pipeline, 0})) {
         const auto value = [&]() -> std::string {
@@ -186,7 +187,7 @@ int run(int argc, char** argv) {
     for (const auto& name : names) {
         const auto metric = engine::open_metric(name);
         const auto spirv = engine::compile_kernels(metric, compiler.floats);
-        for (const auto& [side, kernel] : rows_of(spirv, sides, compiler.subgroup_sizes)) {
+        for (const auto& [side, kernel] : rows_of(metric, spirv, sides, compiler.subgroup_sizes)) {
             const auto statistics = compile(compiler, kernel);
             if (columns.empty()) {
                 fmt::print("device,metric,kernel,side,subgroup");

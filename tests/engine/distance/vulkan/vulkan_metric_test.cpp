@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cfenv>
 #include <cmath>
 #include <cstring>
@@ -13,6 +14,7 @@
 #include <vector>
 
 #include "engine/base/error.h"
+#include "tests/engine/device/numerics.h"
 #include "tests/engine/support.h"
 
 namespace merl::engine {
@@ -229,26 +231,30 @@ TEST(AddLanes, OfNothingTinyAndHugeNumbersAreWhatTheyShouldBe) {
     EXPECT_EQ(of(1, 2, ""), static_cast<float>(lanes) + 1);
 }
 
-/// two_thirds_power() of shaders/lib/numerics.glsl. Every step is volatile: so it is rounded as the
-/// processor is told to at the time.
+/// Those of two_thirds_power() of shaders/lib/numerics.glsl.
+constexpr std::int32_t kSeed = 0x5486ca00;
+constexpr std::array<float, 4> kPolynomial = {2.17506909F, 3.40676427F, 4.56838512F, 3.33147216F};
+
+/// The same function. Every step is volatile: so it is rounded as the processor is told to at the
+/// time.
 float power_of(float x) {
     std::int32_t bits = 0;
     std::memcpy(&bits, &x, sizeof(bits));
     const volatile auto number = static_cast<float>(bits);
     const volatile float third = number * (1.0F / 3);
-    const std::int32_t seed = 0x5486ca00 - static_cast<std::int32_t>(third);
+    const std::int32_t seed = kSeed - static_cast<std::int32_t>(third);
     float y = 0;
     std::memcpy(&y, &seed, sizeof(y));
     const volatile float xy = x * y;
     const volatile float yy = y * y;
     const volatile float e = xy * yy;
-    const volatile float a = e - 3.33147216F;
+    const volatile float a = e - kPolynomial[3];
     const volatile float b = e * a;
-    const volatile float c = b + 4.56838512F;
+    const volatile float c = b + kPolynomial[2];
     const volatile float d = e * c;
-    const volatile float f = d - 3.40676427F;
+    const volatile float f = d - kPolynomial[1];
     const volatile float g = e * f;
-    const volatile float h = g + 2.17506909F;
+    const volatile float h = g + kPolynomial[0];
     const volatile float power = xy * h;
     return power;
 }
@@ -260,19 +266,18 @@ double error_of_either_way(float x) {
     std::memcpy(&bits, &x, sizeof(bits));
     double largest = 0;
     for (const double off : {-0x1p-22, 0x1p-22}) {  // of the seed: a conversion and a product
-        const auto seed =
-            0x5486ca00 - static_cast<std::int32_t>(bits * (1 + off) * double{1.0F / 3});
+        const auto seed = kSeed - static_cast<std::int32_t>(bits * (1 + off) * double{1.0F / 3});
         float y = 0;
         std::memcpy(&y, &seed, sizeof(y));
         const double xy = double{x} * y;
         const double e = xy * y * y;
-        const double a = e - double{3.33147216F};
+        const double a = e - double{kPolynomial[3]};
         const double b = e * a;
-        const double c = b + double{4.56838512F};
+        const double c = b + double{kPolynomial[2]};
         const double d = e * c;
-        const double f = d - double{3.40676427F};
+        const double f = d - double{kPolynomial[1]};
         const double g = e * f;
-        const double h = g + double{2.17506909F};
+        const double h = g + double{kPolynomial[0]};
         const double slope = e * (f + e * (c + e * (a + e))) / h;  // of h, in relative terms
         const double moved = std::abs(1 + slope) + 2 * std::abs(slope) +
                              (std::abs(e * e * b) + std::abs(e * e * b) + std::abs(e * e * c) +
@@ -283,6 +288,21 @@ double error_of_either_way(float x) {
         largest = std::max(largest, std::abs(xy * h / (root * root) - 1) + moved * 0x1p-23);
     }
     return largest;
+}
+
+TEST(ShaderRoundings, ThePowerIsTheOneOfTheShader) {
+    std::vector<float> x = {0, std::numeric_limits<float>::denorm_min()};
+    for (std::uint32_t bits = 0x00800000; bits < 0x7f800000; bits += 500'009) {  // all normal
+        x.push_back(std::bit_cast<float>(bits));
+    }
+    for (std::uint32_t bits = 0x3f800000; bits < 0x41000000; bits += 5003) {  // from 1 to 8
+        x.push_back(std::bit_cast<float>(bits));
+    }
+    const auto y = device::on_device(test::lavapipe(), device::kTwoThirdsPower, x);
+    for (std::size_t i = 0; i < x.size(); ++i) {
+        ASSERT_EQ(std::bit_cast<std::uint32_t>(y[i]), std::bit_cast<std::uint32_t>(power_of(x[i])))
+            << x[i];
+    }
 }
 
 TEST(ShaderRoundings, ThePowerIsAsExactAsTheBoundSaysHoweverItIsRounded) {
