@@ -155,7 +155,7 @@ std::string ask_guarded(const std::string& what, double seconds, std::uint64_t b
         }
         throw InputError(fmt::format("{} makes the compiler or the driver crash", what));
     }
-    const auto text = report.substr(1, report.size() - 2);
+    auto text = report.substr(1, report.size() - 2);
     if (report[0] != kResult) {
         throw Error(static_cast<Fault>(report[0] - '0'), text);
     }
