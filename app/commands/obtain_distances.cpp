@@ -6,10 +6,10 @@
 #include <cstdlib>
 #include <utility>
 
+#include "app/cli/guard.h"
 #include "app/cli/options.h"
 #include "app/cli/terminal.h"
 #include "app/cli/tried_device.h"
-#include "app/commands/try_metrics.h"
 #include "app/pipeline/metrics.h"
 #include "engine/base/error.h"
 #include "engine/database/open_database.h"
@@ -51,6 +51,20 @@ void require_metrics(std::size_t found, const MetricNeeds& needs) {
                                                 : fmt::format("{} metrics or fewer", needs.most);
     throw Error(Fault::usage, fmt::format("--metrics: found {}; expected {}, like cwcbrt,pawcielab",
                                           found, expected));
+}
+
+/// Compiles each user's metric and tries it on the device, in a process of its own, so that none
+/// can hang or crash the program.
+void try_metrics(std::span<const engine::Metric* const> metrics,
+                 const device::ContextOptions& device) {
+    constexpr double kSeconds = 60;
+    constexpr std::uint64_t kBytes = 4ULL << 30U;
+    for (const auto* metric : metrics) {
+        if (!metric->has_twin()) {
+            run_guarded(fmt::format("{}: compiling and trying it", metric->file), kSeconds, kBytes,
+                        [&] { with_little_stack([&] { pipeline::try_metric(*metric, device); }); });
+        }
+    }
 }
 
 ObtainedDistances compute(const DistanceOptions& options, const MetricNeeds& needs,

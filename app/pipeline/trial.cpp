@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
-#include <cstdlib>
 #include <functional>
 #include <limits>
 #include <memory>
@@ -91,15 +91,12 @@ std::uint32_t fastest_side(const device::ContextOptions& options, const std::str
                            device::TileSides sides, std::uint32_t device::TileSides::*side,
                            const Metric& metric) {
     constexpr std::array<std::uint32_t, 7> kSides = {2, 3, 4, 5, 6, 8, 10};
-    const auto* const start = std::ranges::find(kSides, sides.*side);
+    const auto known =
+        static_cast<std::size_t>(std::ranges::find(kSides, sides.*side) - kSides.begin());
     std::uint32_t best = sides.*side;
     double least = std::numeric_limits<double>::infinity();
-    for (const auto candidate : kSides) {
-        const auto* const at = std::ranges::find(kSides, candidate);
-        if (std::abs(at - start) > 1) {
-            continue;
-        }
-        sides.*side = candidate;
+    for (std::size_t i = known > 0 ? known - 1 : 0; i < std::min(known + 2, kSides.size()); ++i) {
+        sides.*side = kSides[i];
         auto with_sides = options;
         with_sides.trials = {{.device = identity, .tiles = sides}};
         device::Context context(with_sides);
@@ -109,7 +106,7 @@ std::uint32_t fastest_side(const device::ContextOptions& options, const std::str
             least_seconds(engines, one, [](const auto& s) { return s.difference; });
         if (seconds < least) {
             least = seconds;
-            best = candidate;
+            best = kSides[i];
         }
     }
     return best;
