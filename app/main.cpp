@@ -113,6 +113,7 @@ int run(int argc, char** argv) {
     add_slices(program, chosen);
     add_render(program, chosen);
     add_judge(program, chosen);
+    add_guarded(program, chosen);
     catch_interrupts();
     try {
         program.parse(argc, argv);

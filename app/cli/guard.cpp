@@ -50,8 +50,7 @@ std::string report_of(const std::function<std::string()>& work) {
     }
 }
 
-[[noreturn]] void be_the_child(int to_parent, const std::function<std::string()>& work) {
-    ::prctl(PR_SET_PDEATHSIG, SIGKILL);
+void write_report(int to_parent, const std::function<std::string()>& work) {
     std::string report = report_of(work);
     report += '.';  // says that it got this far
     const char* rest = report.data();
@@ -63,7 +62,18 @@ std::string report_of(const std::function<std::string()>& work) {
         }
         rest += written;
     }
-    ::_exit(0);
+}
+
+/// Begins this program anew; its standard output goes to the parent.
+void begin_anew(int to_parent, const std::vector<std::string>& arguments) {
+    std::vector<char*> words;
+    words.reserve(arguments.size() + 1);
+    for (const auto& argument : arguments) {
+        words.push_back(const_cast<char*>(argument.c_str()));
+    }
+    words.push_back(nullptr);
+    ::dup2(to_parent, STDOUT_FILENO);
+    ::execv("/proc/self/exe", words.data());
 }
 
 std::uint64_t resident_bytes(pid_t child) {
@@ -129,10 +139,9 @@ class Child {
     int from_child_;
 };
 
-}  // namespace
-
-std::string ask_guarded(const std::string& what, double seconds, std::uint64_t bytes,
-                        const std::function<std::string()>& work) {
+/// What a child reports that does `child_work` with the descriptor that its report goes to.
+std::string report_of_child(const std::string& what, double seconds, std::uint64_t bytes,
+                            const std::function<void(int to_parent)>& child_work) {
     std::array<int, 2> pipe = {};
     if (::pipe(pipe.data()) != 0) {
         throw std::system_error(errno, std::generic_category(), "no pipe");
@@ -144,7 +153,9 @@ std::string ask_guarded(const std::string& what, double seconds, std::uint64_t b
     }
     if (id == 0) {
         ::close(pipe[0]);
-        be_the_child(pipe[1], work);
+        ::prctl(PR_SET_PDEATHSIG, SIGKILL);
+        child_work(pipe[1]);
+        ::_exit(0);
     }
     ::close(pipe[1]);
     const Child child(id, pipe[0]);
@@ -162,12 +173,31 @@ std::string ask_guarded(const std::string& what, double seconds, std::uint64_t b
     return text;
 }
 
+}  // namespace
+
 void run_guarded(const std::string& what, double seconds, std::uint64_t bytes,
                  const std::function<void()>& work) {
-    ask_guarded(what, seconds, bytes, [&] {
-        work();
-        return std::string();
+    report_of_child(what, seconds, bytes, [&](int to_parent) {
+        write_report(to_parent, [&] {
+            work();
+            return std::string();
+        });
     });
+}
+
+std::string ask_guarded(const std::string& what, double seconds, std::uint64_t bytes,
+                        const std::vector<std::string>& arguments) {
+    std::vector<std::string> words = {"merl-scan", kGuarded, "--"};
+    words.insert(words.end(), arguments.begin(), arguments.end());
+    return report_of_child(what, seconds, bytes,
+                           [&](int to_parent) { begin_anew(to_parent, words); });
+}
+
+void answer(const std::function<std::string()>& work) {
+    // The parent hears what is meant for both, and ends this process.
+    std::signal(SIGINT, SIG_IGN);
+    std::signal(SIGHUP, SIG_IGN);
+    write_report(STDOUT_FILENO, work);
 }
 
 void with_little_stack(const std::function<void()>& work) {

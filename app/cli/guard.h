@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <functional>
 #include <string>
+#include <vector>
 
 #include "engine/device/context.h"
 
@@ -14,14 +15,21 @@ namespace merl::app {
 /// (input) with `what` and the reason, and if somebody kills it an Error (resource). Throws
 /// Interrupted when the user wants to stop.
 ///
-/// To be called before there are other threads or an open device, which a copy of the process would
-/// have only halves of.
+/// To be called before there are other threads and before drivers are loaded, which a copy of the
+/// process would have only halves of.
 void run_guarded(const std::string& what, double seconds, std::uint64_t bytes,
                  const std::function<void()>& work);
 
-/// The same of work that has a result, which is returned.
+/// The same of a command of this program with these arguments, begun anew, so that it may be called
+/// at any time; its answer() is returned.
 std::string ask_guarded(const std::string& what, double seconds, std::uint64_t bytes,
-                        const std::function<std::string()>& work);
+                        const std::vector<std::string>& arguments);
+
+/// The command that answers (commands/guarded.cpp); not for users.
+inline constexpr const char* kGuarded = "guarded";
+
+/// Writes the result of `work`, or what it throws, to standard output for ask_guarded().
+void answer(const std::function<std::string()>& work);
 
 /// Whether this process may have less memory than the machine has (ulimit -v, -d).
 bool memory_is_limited();

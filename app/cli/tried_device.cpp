@@ -19,7 +19,6 @@
 #include "app/cli/guard.h"
 #include "app/cli/known_devices.h"
 #include "app/cli/terminal.h"
-#include "app/pipeline/trial.h"
 #include "engine/base/error.h"
 #include "engine/base/hash.h"
 
@@ -152,20 +151,11 @@ struct Outcome {
     bool is_for_good = true;
 };
 
-Outcome try_once(const DeviceInfo& device, const ContextOptions& options) {
+Outcome try_once(const DeviceInfo& device) {
     Outcome outcome;
-    auto this_one = options;
-    this_one.device = std::to_string(device.index);
     try {
-        outcome.trial = trial_of_text(ask_guarded("trying it", kTrialSeconds, kAnyMemory, [&] {
-            try {
-                return text_of_trial(pipeline::try_device(this_one));
-            } catch (const Error&) {
-                throw;
-            } catch (const std::exception& error) {
-                throw Error(Fault::device, error.what());
-            }
-        }));
+        outcome.trial = trial_of_text(
+            ask_guarded("trying it", kTrialSeconds, kAnyMemory, {std::to_string(device.index)}));
     } catch (const Error& error) {
         outcome.is_for_good = error.fault() == Fault::input;
         outcome.trial.refusal = outcome.is_for_good
@@ -219,7 +209,7 @@ void try_chosen(const std::string& device, bool one_is_needed, const pipeline::C
             return;
         }
         control.update(fmt::format("trying {}", chosen->name), 0);
-        const auto [trial, is_for_good] = try_once(*chosen, options);
+        const auto [trial, is_for_good] = try_once(*chosen);
         if (is_for_good) {
             known.trials.push_back(trial);
             keep_known_devices(known);

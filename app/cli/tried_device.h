@@ -13,8 +13,8 @@ namespace merl::app {
 
 // Drivers may crash when they are loaded, hang, or compute wrongly. So each set of drivers and each
 // device is tried once, in a process of its own, before the program uses it, and what came of it is
-// kept (known_devices.h). All of this is to be called before there are other threads or an open
-// device (guard.h); that drivers which were loaded to list devices leave no threads is trusted.
+// kept (known_devices.h). All of this is to be called before there are other threads or drivers are
+// loaded (guard.h).
 
 /// Any device, without a trial: for what tries devices itself. Drivers that crash are left out from
 /// here on, with a warning. Of what is known the device is told in which tiles it is fast. Throws

@@ -22,5 +22,6 @@ void add_judge(CLI::App& program, Command& chosen);
 void add_render(CLI::App& program, Command& chosen);
 void add_votes(CLI::App& program, Command& chosen);
 void add_power(CLI::App& program, Command& chosen);
+void add_guarded(CLI::App& program, Command& chosen);
 
 }  // namespace merl::app

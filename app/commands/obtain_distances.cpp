@@ -53,16 +53,26 @@ void require_metrics(std::size_t found, const MetricNeeds& needs) {
                                           found, expected));
 }
 
+/// What opens the same metric again.
+std::string text_of(const engine::Metric& metric) {
+    std::string text = metric.file;
+    for (std::size_t i = 0; i < metric.parameters.size(); ++i) {
+        text += fmt::format(":{}={}", metric.header.parameters[i].name, metric.parameters[i]);
+    }
+    return text;
+}
+
 /// Compiles each user's metric and tries it on the device, in a process of its own, so that none
 /// can hang or crash the program.
-void try_metrics(std::span<const engine::Metric* const> metrics,
-                 const device::ContextOptions& device) {
+void try_metrics(std::span<const engine::Metric* const> metrics, engine::Engines& engines) {
     constexpr double kSeconds = 60;
     constexpr std::uint64_t kBytes = 4ULL << 30U;
     for (const auto* metric : metrics) {
         if (!metric->has_twin()) {
-            run_guarded(fmt::format("{}: compiling and trying it", metric->file), kSeconds, kBytes,
-                        [&] { with_little_stack([&] { pipeline::try_metric(*metric, device); }); });
+            const auto device = engines.device_for(metrics);
+            ask_guarded(fmt::format("{}: compiling and trying it", metric->file), kSeconds, kBytes,
+                        {device ? std::to_string(device->index) : engines.options().device,
+                         text_of(*metric)});
         }
     }
 }
@@ -78,7 +88,7 @@ ObtainedDistances compute(const DistanceOptions& options, const MetricNeeds& nee
     require_metrics(result.metrics.size(), needs);
     result.database = engine::open_database(options.database);  // which has no threads of its own
     const auto engines = tried_engines(options.device, result.metrics, control);
-    try_metrics(result.metrics, engines->options());
+    try_metrics(result.metrics, *engines);
     try {
         result.distances = pipeline::compute_pair_distances(
             *engines, *result.database, result.metrics, options.memory, control);
