@@ -1,8 +1,10 @@
 #include "app/cli/guard.h"
 
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <poll.h>
 #include <pthread.h>
+#include <spawn.h>
 #include <sys/prctl.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
@@ -19,6 +21,7 @@
 #include <fstream>
 #include <limits>
 #include <new>
+#include <string_view>
 #include <system_error>
 #include <vector>
 
@@ -62,18 +65,6 @@ void write_report(int to_parent, const std::function<std::string()>& work) {
         }
         rest += written;
     }
-}
-
-/// Begins this program anew; its standard output goes to the parent.
-void begin_anew(int to_parent, const std::vector<std::string>& arguments) {
-    std::vector<char*> words;
-    words.reserve(arguments.size() + 1);
-    for (const auto& argument : arguments) {
-        words.push_back(const_cast<char*>(argument.c_str()));
-    }
-    words.push_back(nullptr);
-    ::dup2(to_parent, STDOUT_FILENO);
-    ::execv("/proc/self/exe", words.data());
 }
 
 std::uint64_t resident_bytes(pid_t child) {
@@ -139,26 +130,22 @@ class Child {
     int from_child_;
 };
 
-/// What a child reports that does `child_work` with the descriptor that its report goes to.
-std::string report_of_child(const std::string& what, double seconds, std::uint64_t bytes,
-                            const std::function<void(int to_parent)>& child_work) {
-    std::array<int, 2> pipe = {};
-    if (::pipe(pipe.data()) != 0) {
+struct Pipe {
+    int out = -1;
+    int in = -1;
+};
+
+Pipe make_pipe() {
+    std::array<int, 2> ends = {};
+    if (::pipe2(ends.data(), O_CLOEXEC) != 0) {
         throw std::system_error(errno, std::generic_category(), "no pipe");
     }
-    std::fflush(nullptr);
-    const pid_t id = ::fork();
-    if (id < 0) {
-        throw std::system_error(errno, std::generic_category(), "no process");
-    }
-    if (id == 0) {
-        ::close(pipe[0]);
-        ::prctl(PR_SET_PDEATHSIG, SIGKILL);
-        child_work(pipe[1]);
-        ::_exit(0);
-    }
-    ::close(pipe[1]);
-    const Child child(id, pipe[0]);
+    return {.out = ends[0], .in = ends[1]};
+}
+
+/// What a child says, once it has ended or is too much.
+std::string result_of(const Child& child, const std::string& what, double seconds,
+                      std::uint64_t bytes) {
     const auto report = child.listen(what, seconds, bytes);
     if (report.size() < 2) {  // not even its end
         if (child.was_killed()) {
@@ -173,27 +160,89 @@ std::string report_of_child(const std::string& what, double seconds, std::uint64
     return text;
 }
 
+/// The environment of this process with some variables changed.
+std::vector<std::string> environment_with(const Variables& variables) {
+    std::vector<std::string> environment;
+    for (char** setting = environ; *setting != nullptr; ++setting) {
+        const std::string_view text = *setting;
+        if (!variables.contains(std::string(text.substr(0, text.find('='))))) {
+            environment.emplace_back(text);
+        }
+    }
+    for (const auto& [name, value] : variables) {
+        if (value) {
+            environment.push_back(fmt::format("{}={}", name, *value));
+        }
+    }
+    return environment;
+}
+
+/// As system calls take them.
+std::vector<char*> pointers(std::vector<std::string>& texts) {
+    std::vector<char*> result;
+    result.reserve(texts.size() + 1);
+    for (auto& text : texts) {
+        result.push_back(text.data());
+    }
+    result.push_back(nullptr);
+    return result;
+}
+
 }  // namespace
 
 void run_guarded(const std::string& what, double seconds, std::uint64_t bytes,
                  const std::function<void()>& work) {
-    report_of_child(what, seconds, bytes, [&](int to_parent) {
-        write_report(to_parent, [&] {
+    const Pipe pipe = make_pipe();
+    std::fflush(nullptr);
+    const pid_t id = ::fork();
+    if (id < 0) {
+        throw std::system_error(errno, std::generic_category(), "no process");
+    }
+    if (id == 0) {
+        ::prctl(PR_SET_PDEATHSIG, SIGKILL);
+        write_report(pipe.in, [&] {
             work();
             return std::string();
         });
-    });
+        ::_exit(0);
+    }
+    ::close(pipe.in);
+    result_of(Child(id, pipe.out), what, seconds, bytes);
 }
 
 std::string ask_guarded(const std::string& what, double seconds, std::uint64_t bytes,
-                        const std::vector<std::string>& arguments) {
+                        const std::vector<std::string>& arguments, const Variables& variables) {
     std::vector<std::string> words = {"merl-scan", kGuarded, "--"};
     words.insert(words.end(), arguments.begin(), arguments.end());
-    return report_of_child(what, seconds, bytes,
-                           [&](int to_parent) { begin_anew(to_parent, words); });
+    auto environment = environment_with(variables);
+    const Pipe pipe = make_pipe();
+    posix_spawn_file_actions_t actions;
+    ::posix_spawn_file_actions_init(&actions);
+    ::posix_spawn_file_actions_adddup2(&actions, pipe.in, STDOUT_FILENO);
+    pid_t id = 0;
+    const int error = ::posix_spawn(&id, "/proc/self/exe", &actions, nullptr,
+                                    pointers(words).data(), pointers(environment).data());
+    ::posix_spawn_file_actions_destroy(&actions);
+    ::close(pipe.in);
+    if (error != 0) {
+        ::close(pipe.out);
+        throw std::system_error(error, std::generic_category(), "no process");
+    }
+    return result_of(Child(id, pipe.out), what, seconds, bytes);
+}
+
+void set_variables(const Variables& variables) {
+    for (const auto& [name, value] : variables) {
+        if (value) {
+            ::setenv(name.c_str(), value->c_str(), /*overwrite=*/1);
+        } else {
+            ::unsetenv(name.c_str());
+        }
+    }
 }
 
 void answer(const std::function<std::string()>& work) {
+    ::prctl(PR_SET_PDEATHSIG, SIGKILL);
     // The parent hears what is meant for both, and ends this process.
     std::signal(SIGINT, SIG_IGN);
     std::signal(SIGHUP, SIG_IGN);

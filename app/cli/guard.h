@@ -2,6 +2,8 @@
 
 #include <cstdint>
 #include <functional>
+#include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -20,10 +22,14 @@ namespace merl::app {
 void run_guarded(const std::string& what, double seconds, std::uint64_t bytes,
                  const std::function<void()>& work);
 
+/// What variables of the environment are to be; nothing: not there.
+using Variables = std::map<std::string, std::optional<std::string>>;
+void set_variables(const Variables& variables);
+
 /// The same of a command of this program with these arguments, begun anew, so that it may be called
 /// at any time; its answer() is returned.
 std::string ask_guarded(const std::string& what, double seconds, std::uint64_t bytes,
-                        const std::vector<std::string>& arguments);
+                        const std::vector<std::string>& arguments, const Variables& variables = {});
 
 /// The command that answers (commands/guarded.cpp); not for users.
 inline constexpr const char* kGuarded = "guarded";

@@ -43,27 +43,20 @@ std::string how_to_try_again() {
     return file.empty() ? "" : fmt::format(" (remove {} to try it again)", file.string());
 }
 
-void load_only(const Manifests& manifests) {
+/// What the environment has to be for these drivers alone.
+Variables variables_for(const Manifests& manifests) {
     const auto text =
         manifests.empty() ? "/dev/null" : fmt::format("{}", fmt::join(manifests, ":"));
-    ::setenv("VK_DRIVER_FILES", text.c_str(), /*overwrite=*/1);
-    ::setenv("VK_ICD_FILENAMES", text.c_str(), /*overwrite=*/1);  // what older loaders read
-    ::unsetenv("VK_ADD_DRIVER_FILES");
+    return {{"VK_DRIVER_FILES", text},
+            {"VK_ICD_FILENAMES", text},  // what older loaders read
+            {"VK_ADD_DRIVER_FILES", std::nullopt}};
 }
 
 /// Whether drivers can be loaded: those of the environment, or only some.
 bool can_load(const std::optional<Manifests>& only) {
     try {
-        run_guarded("a Vulkan driver", kLoadSeconds, kAnyMemory, [&] {
-            if (only) {
-                load_only(*only);
-            }
-            try {
-                device::list_devices();
-            } catch (const std::exception&) {
-                // There will be the same to say when it is not only tried.
-            }
-        });
+        ask_guarded("a Vulkan driver", kLoadSeconds, kAnyMemory, {},
+                    only ? variables_for(*only) : Variables());
         return true;
     } catch (const InputError&) {  // it crashed, or did not end
         return false;
@@ -141,7 +134,7 @@ void leave_out_crashing(KnownDevices& known, bool one_is_needed) {
                     fmt::format("{}{}; there is no other", text, how_to_try_again()));
     }
     print_warning(text + how_to_try_again());
-    load_only(rest);
+    set_variables(variables_for(rest));
 }
 
 /// What comes of trying a device, and whether that will be the same next time: not where memory or

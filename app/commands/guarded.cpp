@@ -1,7 +1,9 @@
 #include <fmt/format.h>
 
 #include <exception>
+#include <memory>
 #include <string>
+#include <vector>
 
 #include "app/cli/exit_status.h"
 #include "app/cli/guard.h"
@@ -26,6 +28,16 @@ device::ContextOptions options_for(const std::string& device) {
     return options;
 }
 
+/// Loads the drivers there are.
+std::string load() {
+    try {
+        device::list_devices();
+    } catch (const std::exception&) {
+        // There will be the same to say when it is not only tried.
+    }
+    return "";
+}
+
 std::string try_device(const std::string& device) {
     try {
         return text_of_trial(
@@ -37,7 +49,7 @@ std::string try_device(const std::string& device) {
     }
 }
 
-std::string try_metric(const std::string& text, const std::string& device) {
+std::string try_metric(const std::string& device, const std::string& text) {
     with_little_stack(
         [&] { pipeline::try_metric(engine::open_metric(text), options_for(device)); });
     return "";
@@ -46,20 +58,21 @@ std::string try_metric(const std::string& text, const std::string& device) {
 }  // namespace
 
 void add_guarded(CLI::App& program, Command& chosen) {
-    struct Options {
-        std::string device;
-        std::string metric;
-    };
-    auto options = std::make_shared<Options>();
+    auto words = std::make_shared<std::vector<std::string>>();
     auto* command = program.add_subcommand(kGuarded, "What this program asks itself (guard.h)");
     command->group("");
-    command->add_option("device", options->device)->required();
-    command->add_option("metric", options->metric);
-    command->callback([&chosen, options] {
-        chosen = [options] {
+    command->add_option("words", *words, "Nothing, a device, or a device and a metric");
+    command->callback([&chosen, words] {
+        chosen = [words] {
             answer([&] {
-                return options->metric.empty() ? try_device(options->device)
-                                               : try_metric(options->metric, options->device);
+                switch (words->size()) {
+                    case 0:
+                        return load();
+                    case 1:
+                        return try_device(words->at(0));
+                    default:
+                        return try_metric(words->at(0), words->at(1));
+                }
             });
             return kSuccess;
         };
