@@ -210,12 +210,13 @@ void print_pairs(const scan::Score& score) {
                 continue;
             }
             const bool first = pair.first == best;
-            print_line(fmt::format(
-                "  against {}: {}, {} to {}{}", score.metrics[other].name,
-                estimate_text(first ? pair.difference : scan::negative(pair.difference)),
-                fmt::group_digits(first ? pair.first_right : pair.second_right),
-                fmt::group_digits(first ? pair.second_right : pair.first_right),
-                scan::clear_of_zero(pair.difference) ? "" : "; not clear of 0"));
+            const auto difference = first ? pair.difference : scan::negative(pair.difference);
+            const bool open = difference.too_few.empty() && !scan::clear_of_zero(difference);
+            print_line(fmt::format("  against {}: {}, {} to {}{}", score.metrics[other].name,
+                                   estimate_text(difference),
+                                   fmt::group_digits(first ? pair.first_right : pair.second_right),
+                                   fmt::group_digits(first ? pair.second_right : pair.first_right),
+                                   open ? "; not clear of 0" : ""));
         }
     }
 }

@@ -283,6 +283,16 @@ class Statistics {
                         static_cast<double>(far + 1) / static_cast<double>(leads.size() + 1));
     }
 
+    /// With an interval that does not go beyond what the figure can be, `least` to 1.
+    static Estimate within(double least, Estimate estimate) {
+        auto& [low, high] = estimate.interval;
+        if (estimate.too_few.empty()) {
+            low = std::clamp(low, least, 1.0);
+            high = std::clamp(high, least, 1.0);
+        }
+        return estimate;
+    }
+
     OptionCounts sides_of_judge(std::size_t judge, TrialKind kind) const {
         OptionCounts sides;
         for (std::size_t k = 0; k < votes_.configurations.size(); ++k) {
