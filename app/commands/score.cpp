@@ -47,7 +47,6 @@ struct Options {
     DistanceOptions distances;
     std::string judgements;
     std::string out = "merl-scan-score";
-    scan::BootstrapOptions bootstrap;
     bool force = false;
     bool quiet = false;
 };
@@ -78,6 +77,18 @@ ordered_json metric_json(const scan::MetricScore& metric) {
             {"zero_distances", metric.zero_distances}};
 }
 
+ordered_json intervals_json(const scan::ScoreClusters& clusters) {
+    return {
+        {"level", 0.95},
+        {"clusters", "all materials of a configuration"},
+        {"materials", clusters.materials},
+        {"references", clusters.references},
+        {"configurations_without_reference", clusters.without_reference},
+        {"compared_materials", clusters.alternatives},
+        {"effective_clusters", figure_json(clusters.effective)},
+        {"too_few", clusters.too_few.empty() ? ordered_json() : ordered_json(clusters.too_few)}};
+}
+
 std::string summary_json(const Options& options, const Outcome& o) {
     const auto& j = o.result.judgements;
     ordered_json unknown = ordered_json::object();
@@ -105,14 +116,7 @@ std::string summary_json(const Options& options, const Outcome& o) {
     json.update(source_json(o.provenance()));
     json.update(ordered_json{
         {"materials", o.obtained.distances.table.materials()},
-        {"bootstrap",
-         {{"replicates", options.bootstrap.replicates},
-          {"seed", options.bootstrap.seed},
-          {"interval", "percentile, 95 %"},
-          {"clusters", j.clusters},
-          {"too_few",
-           o.result.score.too_few.empty() ? ordered_json() : ordered_json(o.result.score.too_few)},
-          {"reference_materials", j.references}}},
+        {"intervals", intervals_json(o.result.score.clusters)},
         {"ceiling",
          {{"votes", estimate_json(o.result.score.ceiling)},
           {"log_likelihood_per_vote", estimate_json(o.result.score.ceiling_log_likelihood)}}},
@@ -127,15 +131,6 @@ std::string summary_json(const Options& options, const Outcome& o) {
                        {"score", o.result.score_seconds},
                        {"total", o.total_seconds()}};
     return json_text(json);
-}
-
-std::string cluster_text(const scan::Judgements& judgements) {
-    const std::uint32_t alone = judgements.clusters - judgements.references;
-    const std::string references = counted(judgements.references, "reference material");
-    const std::string others = counted(alone, "configuration");
-    return alone == 0                   ? references
-           : judgements.references == 0 ? others
-                                        : fmt::format("{} and {} without", references, others);
 }
 
 std::string judgements_text(const Outcome& o) {
@@ -197,12 +192,7 @@ void print_precision(const Outcome& o) {
     }
 }
 
-/// A p-value; one that is too small for a double comes as 0.
-std::string p_text(double p) {
-    return std::isnan(p) ? "from too few" : p < 1e-300 ? "< 1e-300" : fmt::format("= {:.2g}", p);
-}
-
-/// The best metric against every other: who is right where they disagree.
+/// The best metric against every other.
 void print_pairs(const scan::Score& score) {
     const std::size_t best = scan::best_first(score).front();
     if (score.pairs.empty()) {
@@ -210,7 +200,8 @@ void print_pairs(const scan::Score& score) {
     }
     print_line("");
     print_line(
-        fmt::format("Where {} and another metric disagree, who is right (untied majorities):",
+        fmt::format("{} minus another metric, majorities predicted; where they disagree, "
+                    "who is right:",
                     score.metrics[best].name));
     for (const std::size_t other : scan::best_first(score)) {
         for (const auto& pair : score.pairs) {
@@ -219,10 +210,13 @@ void print_pairs(const scan::Score& score) {
                 continue;
             }
             const bool first = pair.first == best;
-            print_line(fmt::format("  against {}: {} to {}, p {}", score.metrics[other].name,
+            const auto difference = first ? pair.difference : scan::negative(pair.difference);
+            const bool open = difference.too_few.empty() && !scan::clear_of_zero(difference);
+            print_line(fmt::format("  against {}: {}, {} to {}{}", score.metrics[other].name,
+                                   estimate_text(difference),
                                    fmt::group_digits(first ? pair.first_right : pair.second_right),
                                    fmt::group_digits(first ? pair.second_right : pair.first_right),
-                                   p_text(pair.p_value)));
+                                   open ? "; not clear of 0" : ""));
         }
     }
 }
@@ -233,13 +227,12 @@ void print_summary(const Options& options, const Outcome& o) {
     print_unknown(o.result.judgements);
     print_results(source_lines(o.obtained.distances));
     print_result("ceiling", estimate_text(o.result.score.ceiling) + " of the votes");
-    print_result("intervals",
-                 fmt::format("95 %, {} bootstrap samples of {}, seed {}",
-                             fmt::group_digits(options.bootstrap.replicates),
-                             cluster_text(o.result.judgements), options.bootstrap.seed));
-    if (!o.result.score.too_few.empty()) {
-        print_result("too few", o.result.score.too_few + ", for intervals and p-values");
-    }
+    const auto& clusters = o.result.score.clusters;
+    print_result("intervals", clusters.too_few.empty()
+                                  ? "95 %, clusters are " +
+                                        counted(clusters.materials, "material") +
+                                        ", all of a configuration"
+                                  : "none; " + clusters.too_few);
     print_precision(o);
     print_results(engine_lines(o.provenance()));
     print_result("seconds",
@@ -354,9 +347,9 @@ int run(const Options& options) {
     o.judgement_seconds = watch.lap();
     o.obtained = obtain_distances(distance_options(options, o), kMetrics, control);
     compare_with_scan(options, o);
-    o.result = pipeline::score_distances(
-        o.obtained.distances.table, o.file, o.obtained.database.get(), o.obtained.metrics,
-        {.bootstrap = options.bootstrap, .memory_bytes = options.distances.memory}, control);
+    o.result =
+        pipeline::score_distances(o.obtained.distances.table, o.file, o.obtained.database.get(),
+                                  o.obtained.metrics, options.distances.memory, control);
     warn_if_all_are_zero(o.obtained.distances);
     out.finish();
     terminal.clear();
@@ -381,7 +374,6 @@ void add_score(CLI::App& program, Command& chosen) {
         ->transform(not_empty());
     add_distance_options(*command, options->distances, kMetrics);
     add_output_options(*command, options->out, options->force);
-    add_bootstrap_options(*command, options->bootstrap);
     add_quiet_option(*command, options->quiet);
     command->footer(
         "Writes score.csv, score_pairs.csv, score.svg and summary.json (docs/scoring.md). Without\n"

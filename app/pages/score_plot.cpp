@@ -221,7 +221,7 @@ std::string score_svg(const scan::Score& score, const std::string& subtitle) {
     }
     svg += fmt::format(
         "<text class=\"note\" x=\"{}\" y=\"{:.1f}\">Dots are the judgements as they are, bars 95 % "
-        "bootstrap intervals over clusters. The ceiling is what the votes themselves "
+        "intervals. The ceiling is what the votes themselves "
         "allow.</text>\n",
         kMargin, height - (opposed ? 34 : 16));
     if (opposed) {

@@ -8,22 +8,21 @@ namespace merl::pipeline {
 ScoreResult score_distances(scan::DistanceTable& table, const scan::JudgementFile& judgements,
                             const engine::Database* database,
                             std::span<const engine::Metric* const> metrics,
-                            const ScoreOptions& options, const Control& control) {
+                            std::uint64_t memory_bytes, const Control& control) {
     ScoreResult result;
     Stopwatch watch;
     result.judgements = scan::resolve_judgements(judgements, table.names);
     if (database != nullptr) {
         require_source(table, *database, metrics);
-        result.refined = refine_judged(table, result.judgements, *database, metrics,
-                                       options.memory_bytes, control.stage("refining"));
+        result.refined = refine_judged(table, result.judgements, *database, metrics, memory_bytes,
+                                       control.stage("refining"));
     }
     result.refine_seconds = watch.lap();
     std::vector<scan::ScoredMetric> scored;
     for (const auto& column : table.metrics) {
         scored.push_back({column.metric, column.values, column.bounds});
     }
-    result.score =
-        scan::score(result.judgements, scored, options.bootstrap, control.stage("scoring"));
+    result.score = scan::score(result.judgements, scored, control.stage("scoring"));
     result.score_seconds = watch.lap();
     return result;
 }

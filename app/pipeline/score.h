@@ -13,11 +13,6 @@
 
 namespace merl::pipeline {
 
-struct ScoreOptions {
-    scan::BootstrapOptions bootstrap = {};
-    std::uint64_t memory_bytes = 1ULL << 30U;  // for refining
-};
-
 struct ScoreResult {
     scan::Judgements judgements;  // on the materials of the table
     std::vector<std::uint64_t>
@@ -29,11 +24,12 @@ struct ScoreResult {
 
 /// How well distances predict judgements, after what float32 leaves open of that is refined in
 /// `table`. `database` and `metrics` are those that the table was computed from; null and empty for
-/// one that was read. The stages are "refining" and "scoring". Throws what require_source()
-/// (refine.h), resolve_judgements(), float64_distances() and scan::score() throw, and Cancelled.
+/// one that was read; `memory_bytes` are for refining. The stages are "refining" and "scoring".
+/// Throws what require_source() (refine.h), resolve_judgements(), float64_distances() and
+/// scan::score() throw, and Cancelled.
 ScoreResult score_distances(scan::DistanceTable& table, const scan::JudgementFile& judgements,
                             const engine::Database* database,
                             std::span<const engine::Metric* const> metrics,
-                            const ScoreOptions& options = {}, const Control& control = {});
+                            std::uint64_t memory_bytes = 1ULL << 30U, const Control& control = {});
 
 }  // namespace merl::pipeline

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <optional>
 #include <utility>
 
 #include "engine/base/error.h"
@@ -30,26 +29,22 @@ std::vector<std::uint32_t> look_up(const std::vector<std::string>& names,
 }
 
 /// The materials of a row without repetition.
-std::vector<std::uint32_t> materials_of(const NamedVotes& row) {
+std::vector<std::uint32_t> named_by(const NamedVotes& row) {
     std::vector<std::uint32_t> all = {row.left_1, row.left_2, row.right_1, row.right_2};
     std::ranges::sort(all);
     all.erase(std::unique(all.begin(), all.end()), all.end());
     return all;
 }
 
-/// The row with materials as `index` says, oriented; its cluster is not known yet.
+/// The row with materials as `index` says, oriented.
 Judgement make_judgement(const NamedVotes& row, const std::vector<std::uint32_t>& index,
                          std::uint32_t materials) {
     const auto pair = [&](std::uint32_t a, std::uint32_t b) {
         const auto [first, second] = std::minmax(index[a], index[b]);
         return pair_index({first, second}, materials);
     };
-    Judgement judgement{pair(row.left_1, row.left_2),
-                        pair(row.right_1, row.right_2),
-                        row.votes_left,
-                        row.votes_equal,
-                        row.votes_right,
-                        0};
+    Judgement judgement{pair(row.left_1, row.left_2), pair(row.right_1, row.right_2),
+                        row.votes_left, row.votes_equal, row.votes_right};
     if (judgement.right < judgement.left) {
         std::swap(judgement.left, judgement.right);
         std::swap(judgement.votes_left, judgement.votes_right);
@@ -74,37 +69,6 @@ void merge(std::vector<Judgement>& list) {
     list.resize(kept);
 }
 
-/// The material that two different pairs share.
-std::optional<std::uint32_t> reference_of(const Judgement& judgement, std::uint32_t materials) {
-    const Pair left = pair_at(judgement.left, materials);
-    const Pair right = pair_at(judgement.right, materials);
-    for (const std::uint32_t material : {left.first, left.second}) {
-        if (material == right.first || material == right.second) {
-            return material;
-        }
-    }
-    return std::nullopt;
-}
-
-void number_clusters(Judgements& judgements, std::uint32_t materials) {
-    std::vector<std::uint32_t> cluster_of(materials, no_material);
-    for (const auto& judgement : judgements.list) {
-        if (const auto reference = reference_of(judgement, materials)) {
-            cluster_of[*reference] = 0;
-        }
-    }
-    for (auto& cluster : cluster_of) {  // in the order of the materials
-        if (cluster != no_material) {
-            cluster = judgements.references++;
-        }
-    }
-    judgements.clusters = judgements.references;
-    for (auto& judgement : judgements.list) {
-        const auto reference = reference_of(judgement, materials);
-        judgement.cluster = reference ? cluster_of[*reference] : judgements.clusters++;
-    }
-}
-
 [[noreturn]] void nothing_left(const JudgementFile& file, const Judgements& judgements) {
     constexpr std::size_t named = 5;
     std::string names;
@@ -119,16 +83,30 @@ void number_clusters(Judgements& judgements, std::uint32_t materials) {
 
 }  // namespace
 
+JudgedMaterials materials_of(const Judgement& judgement, std::uint32_t materials) {
+    const Pair left = pair_at(judgement.left, materials);
+    const Pair right = pair_at(judgement.right, materials);
+    for (const std::uint32_t reference : {left.first, left.second}) {
+        if (reference == right.first || reference == right.second) {
+            return {{reference, left.first + left.second - reference,
+                     right.first + right.second - reference, 0},
+                    true};
+        }
+    }
+    return {{left.first, left.second, right.first, right.second}, false};
+}
+
 Judgements resolve_judgements(const JudgementFile& file, std::span<const std::string> materials) {
     const auto count = static_cast<std::uint32_t>(materials.size());
     const auto index = look_up(file.names, materials);
     std::vector<std::uint64_t> rows_with(file.names.size());
     Judgements result;
+    result.materials = count;
     result.rows = file.rows.size();
     result.list.reserve(file.rows.size());
     for (const auto& row : file.rows) {
         bool known = true;
-        for (const std::uint32_t material : materials_of(row)) {
+        for (const std::uint32_t material : named_by(row)) {
             ++rows_with[material];
             known = known && index[material] != no_material;
         }
@@ -153,7 +131,6 @@ Judgements resolve_judgements(const JudgementFile& file, std::span<const std::st
             "{}: found no vote in the {} rows whose materials are known; expected at least one",
             file.file, result.rows - result.rows_with_unknown));
     }
-    number_clusters(result, count);
     return result;
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <span>
 #include <string>
@@ -43,7 +44,6 @@ struct Judgement {
     std::uint64_t votes_left;
     std::uint64_t votes_equal;
     std::uint64_t votes_right;
-    std::uint32_t cluster;
 
     std::uint64_t votes() const { return votes_left + votes_equal + votes_right; }
     bool untied() const { return votes_left != votes_right; }
@@ -63,15 +63,23 @@ struct Judgements {
     /// pair was shown changes anything.
     std::vector<Judgement> list;
 
-    /// Clusters of the bootstrap, 0 to clusters-1: first one for each material that the two pairs
-    /// of a configuration share (its reference), then one for each configuration without.
-    std::uint32_t clusters = 0;
-    std::uint32_t references = 0;  ///< how many of the clusters are reference materials
+    std::uint32_t materials = 0;  ///< how many there are, which is what pairs are indices for
 
     std::uint64_t rows = 0;  ///< of the file
     std::uint64_t rows_with_unknown = 0;
     std::vector<UnknownMaterial> unknown;  ///< ascending by name
 };
+
+/// The materials of a judgement, each once. Its reference is the one that both pairs have: where
+/// there is one, it is the first of three; where there is none, there are four.
+struct JudgedMaterials {
+    std::array<std::uint32_t, 4> list;
+    bool has_reference;
+
+    std::span<const std::uint32_t> all() const { return {list.data(), has_reference ? 3U : 4U}; }
+};
+
+JudgedMaterials materials_of(const Judgement& judgement, std::uint32_t materials);
 
 /// The rows of `file` whose materials are all among `materials` (ascending; their index is what
 /// pairs count), with the votes of rows on the same configuration added up. Throws

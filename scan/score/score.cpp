@@ -1,7 +1,6 @@
 #include "scan/score/score.h"
 
 #include <tbb/parallel_for.h>
-#include <tbb/task_arena.h>
 
 #include <algorithm>
 #include <cmath>
@@ -10,12 +9,15 @@
 #include <numeric>
 
 #include "scan/statistics/choice_model.h"
+#include "scan/statistics/clustered_figure.h"
 #include "scan/statistics/sign_test.h"
 
 namespace merl::scan {
 namespace {
 
-/// Sums over the judgements of one cluster, or over all; votes count equal ones half for each side.
+constexpr double infinity = std::numeric_limits<double>::infinity();
+
+/// Sums over judgements; votes count equal ones half for each side.
 struct Sums {
     double untied = 0;
     double majorities = 0;  // predicted
@@ -23,21 +25,13 @@ struct Sums {
     double predicted = 0;  // votes
 };
 
-/// What the bootstrap needs of one metric, or of the best possible prediction.
-struct Prediction {
-    std::size_t judgements;
-    std::vector<Sums> clusters;
-    std::vector<std::vector<Choice>> choices;  // per cluster; none for the best prediction
-    std::vector<double> log_likelihoods;       // per cluster, of the best prediction alone
-};
-
-/// The figures of one bootstrap sample, or of the judgements as they are.
+/// The figures of a metric, or of the best possible prediction.
 struct Figures {
-    double majorities;
-    double votes;
-    double slope;
-    double log_likelihood;  // all votes together
-    double log_likelihood_per_vote;
+    ClusteredFigure majorities;
+    ClusteredFigure votes;
+    ClusteredFigure slope;
+    ClusteredFigure log_likelihood;  // per vote
+    double total_log_likelihood;
 };
 
 struct Halves {
@@ -76,7 +70,7 @@ void add(Sums& sums, const Judgement& judgement, double prefers_left) {
 
 /// Stands in for a distance of 0, whose logarithm is none: the smallest other distance.
 double smallest_positive(std::span<const double> distances) {
-    double smallest = std::numeric_limits<double>::infinity();
+    double smallest = infinity;
     for (const double distance : distances) {
         smallest = distance > 0 ? std::min(smallest, distance) : smallest;
     }
@@ -107,118 +101,160 @@ Choice choice_of(const Judgement& judgement, std::span<const double> distances, 
     return {ratio, with, against};
 }
 
-Prediction predict(const Judgements& judgements, const ScoredMetric& metric) {
-    Prediction prediction{
-        .judgements = judgements.list.size(), .clusters = {}, .choices = {}, .log_likelihoods = {}};
-    prediction.clusters.resize(judgements.clusters);
-    prediction.choices.resize(judgements.clusters);
-    const double floor = smallest_positive(metric.distances);
-    for (const auto& judgement : judgements.list) {
-        add(prediction.clusters[judgement.cluster], judgement,
-            prefers_left(judgement, metric.distances));
-        prediction.choices[judgement.cluster].push_back(
-            choice_of(judgement, metric.distances, floor));
-    }
-    return prediction;
-}
-
 /// x ln(x / n), with its limit at 0.
 double log_term(double x, double n) {
     return x == 0 ? 0 : x * std::log(x / n);
 }
 
-/// The prediction that is always with the majority and knows the share of each answer.
-Prediction predict_best(const Judgements& judgements) {
-    Prediction prediction{
-        .judgements = judgements.list.size(), .clusters = {}, .choices = {}, .log_likelihoods = {}};
-    prediction.clusters.resize(judgements.clusters);
-    prediction.log_likelihoods.resize(judgements.clusters);
-    for (const auto& judgement : judgements.list) {
-        const auto [left, right] = halves(judgement);
-        add(prediction.clusters[judgement.cluster], judgement, left >= right ? 1 : 0);
-        prediction.log_likelihoods[judgement.cluster] +=
-            log_term(left, left + right) + log_term(right, left + right);
-    }
-    return prediction;
-}
+/// The number of materials that take part, and their effective number.
+struct Participants {
+    explicit Participants(std::uint32_t materials) : sizes(materials) {}
 
-/// The figures where cluster i counts times[i] times; `start` is a guess of the slope.
-Figures figures_of(const Prediction& prediction, std::span<const std::uint32_t> times,
-                   double start) {
-    Sums total;
-    std::vector<WeightedChoices> data;
-    double log_likelihood = 0;
-    for (std::size_t cluster = 0; cluster < times.size(); ++cluster) {
-        if (times[cluster] == 0) {
-            continue;
-        }
-        const double weight = times[cluster];
-        const Sums& sums = prediction.clusters[cluster];
-        total.untied += weight * sums.untied;
-        total.majorities += weight * sums.majorities;
-        total.votes += weight * sums.votes;
-        total.predicted += weight * sums.predicted;
-        if (prediction.choices.empty()) {
-            log_likelihood += weight * prediction.log_likelihoods[cluster];
-        } else {
-            data.push_back({prediction.choices[cluster], weight});
-        }
+    std::uint32_t count() const {
+        return static_cast<std::uint32_t>(
+            std::ranges::count_if(sizes, [](auto size) { return size > 0; }));
     }
-    ChoiceModel model{0, log_likelihood};
-    if (!prediction.choices.empty()) {
-        model = fit_choice_model(data, start);
-    }
-    // 0 / 0 is not a number, and says so: a sample without a vote or an untied majority.
-    return {total.majorities / total.untied, total.predicted / total.votes, model.slope,
-            model.log_likelihood, model.log_likelihood / total.votes};
-}
 
-/// The figures of the judgements as they are and of every bootstrap sample.
-struct Sampled {
-    Figures actual;
-    std::vector<Figures> samples;
-    std::string too_few;  // why there are none
-
-    Estimate estimate(double Figures::*figure) const {
-        std::vector<double> values;
-        values.reserve(samples.size());
-        for (const auto& sample : samples) {
-            values.push_back(sample.*figure);
-        }
-        return bootstrapped(actual.*figure, values, too_few);
-    }
+    std::vector<std::uint64_t> sizes;  // judgements of each material
 };
 
-Sampled sample(const Prediction& prediction, const BootstrapOptions& options,
-               const std::function<void(double share)>& progress) {
-    const auto clusters = static_cast<std::uint32_t>(prediction.clusters.size());
-    Sampled result;
-    result.actual = figures_of(prediction, std::vector<std::uint32_t>(clusters, 1), 0);
-    result.too_few = too_few(clusters, "clusters");
-    result.samples.resize(result.too_few.empty() ? options.replicates : 0);
-    // Tenths of a second between interrupts, however many judgements there are.
-    const std::size_t at_a_time =
-        std::max(std::min<std::size_t>(2'000'000 / prediction.judgements, 64),
-                 static_cast<std::size_t>(tbb::this_task_arena::max_concurrency()));
-    for (std::size_t begin = 0; begin < result.samples.size(); begin += at_a_time) {
-        const std::size_t end = std::min(begin + at_a_time, result.samples.size());
-        tbb::parallel_for(begin, end, [&](std::size_t i) {
-            const auto times = resample(options.seed, static_cast<std::uint32_t>(i), clusters);
-            result.samples[i] = figures_of(prediction, times, result.actual.slope);
-        });
-        progress(static_cast<double>(end) / static_cast<double>(result.samples.size()));
+/// The clusters of some of the judgements.
+template <typename Take>
+ScoreClusters clusters_of(const Judgements& judgements, const Take& take) {
+    Participants all(judgements.materials);
+    Participants references(judgements.materials);
+    Participants alternatives(judgements.materials);
+    ScoreClusters result{};
+    for (const auto& judgement : judgements.list) {
+        if (!take(judgement)) {
+            continue;
+        }
+        const auto materials = materials_of(judgement, judgements.materials);
+        for (const auto material : materials.all()) {
+            ++all.sizes[material];
+        }
+        for (const auto material : materials.all().subspan(materials.has_reference ? 1 : 0)) {
+            ++alternatives.sizes[material];
+        }
+        if (materials.has_reference) {
+            ++references.sizes[materials.list[0]];
+        } else {
+            ++result.without_reference;
+        }
+    }
+    result.materials = all.count();
+    result.references = references.count();
+    result.alternatives = alternatives.count();
+    references.sizes.insert(references.sizes.end(), result.without_reference, 1);
+    result.effective =
+        std::min(effective_clusters(references.sizes), effective_clusters(alternatives.sizes));
+    for (const auto& reason :
+         {too_few(result.materials, "materials", fewest_score_materials),
+          too_few(result.references + result.without_reference,
+                  "references and configurations without one"),
+          too_few(result.alternatives, "materials compared with references")}) {
+        if (result.too_few.empty()) {
+            result.too_few = reason;
+        }
     }
     return result;
 }
 
+/// Adds the influences of judgements on the four figures up by material. `prefers_left` says for
+/// each which pair is predicted, `log_likelihood` what its votes are worth and `slope` its
+/// influence on the slope.
+template <typename Prefers, typename LogLikelihood, typename Slope>
+Figures figures_of(const Judgements& judgements, double slope, const Prefers& prefers_left,
+                   const LogLikelihood& log_likelihood, const Slope& slope_influence) {
+    Sums sums;
+    double total = 0;
+    for (std::size_t k = 0; k < judgements.list.size(); ++k) {
+        add(sums, judgements.list[k], prefers_left(k));
+        total += log_likelihood(k);
+    }
+    const auto none = std::vector<double>(judgements.materials);
+    // 0 / 0 is not a number, and says so: no vote or no untied majority.
+    Figures figures{{sums.majorities / sums.untied, none},
+                    {sums.predicted / sums.votes, none},
+                    {slope, none},
+                    {total / sums.votes, none},
+                    total};
+    for (std::size_t k = 0; k < judgements.list.size(); ++k) {
+        const auto& judgement = judgements.list[k];
+        Sums own;
+        add(own, judgement, prefers_left(k));
+        const double majorities =
+            own.untied == 0 ? 0 : (own.majorities - figures.majorities.value) / sums.untied;
+        const double votes = (own.predicted - figures.votes.value * own.votes) / sums.votes;
+        const double likelihood =
+            (log_likelihood(k) - figures.log_likelihood.value * own.votes) / sums.votes;
+        const double of_slope = slope_influence(k);
+        const auto materials = materials_of(judgement, judgements.materials);
+        for (const auto material : materials.all()) {
+            figures.majorities.influences[material] += majorities;
+            figures.votes.influences[material] += votes;
+            figures.slope.influences[material] += of_slope;
+            figures.log_likelihood.influences[material] += likelihood;
+        }
+    }
+    return figures;
+}
+
+/// The slope moves by a judgement's gradient over the curvature of all; the likelihood at its
+/// maximum does not move with the slope, to first order.
+Figures figures_of(const Judgements& judgements, const ScoredMetric& metric) {
+    const double floor = smallest_positive(metric.distances);
+    std::vector<Choice> choices;
+    choices.reserve(judgements.list.size());
+    for (const auto& judgement : judgements.list) {
+        choices.push_back(choice_of(judgement, metric.distances, floor));
+    }
+    const double slope = fit_choice_model(choices).slope;
+    const bool moves = std::isfinite(slope);
+    double curvature = 0;
+    for (const auto& choice : choices) {
+        curvature += moves ? derivatives(choice, slope).curvature : 0;
+    }
+    return figures_of(
+        judgements, slope,
+        [&](std::size_t k) { return prefers_left(judgements.list[k], metric.distances); },
+        [&](std::size_t k) { return log_likelihood(choices[k], slope); },
+        [&](std::size_t k) {
+            return curvature > 0 ? derivatives(choices[k], slope).gradient / curvature : 0;
+        });
+}
+
+/// Of the prediction that is always with the majority and knows the share of each answer. It has no
+/// slope.
+Figures best_figures(const Judgements& judgements) {
+    return figures_of(
+        judgements, 0,
+        [&](std::size_t k) {
+            const auto [left, right] = halves(judgements.list[k]);
+            return left >= right ? 1.0 : 0.0;
+        },
+        [&](std::size_t k) {
+            const auto [left, right] = halves(judgements.list[k]);
+            return log_term(left, left + right) + log_term(right, left + right);
+        },
+        [](std::size_t) { return 0.0; });
+}
+
+/// With an interval within what the figure can be.
+Estimate estimate(const ClusteredFigure& figure, const ScoreClusters& clusters, double least,
+                  double most) {
+    return within(least, estimated(figure, clusters.effective, clusters.too_few), most);
+}
+
 MetricScore metric_score(const Judgements& judgements, const ScoredMetric& metric,
-                         const Sampled& sampled) {
+                         const Figures& figures, const ScoreClusters& all,
+                         const ScoreClusters& untied) {
     MetricScore result{.name = metric.name,
-                       .majorities = sampled.estimate(&Figures::majorities),
-                       .votes = sampled.estimate(&Figures::votes),
-                       .slope = sampled.estimate(&Figures::slope),
-                       .log_likelihood = sampled.estimate(&Figures::log_likelihood_per_vote),
-                       .total_log_likelihood = sampled.actual.log_likelihood,
+                       .majorities = estimate(figures.majorities, untied, 0, 1),
+                       .votes = estimate(figures.votes, all, 0, 1),
+                       .slope = estimate(figures.slope, all, -infinity, infinity),
+                       .log_likelihood = estimate(figures.log_likelihood, all, -infinity, 0),
+                       .total_log_likelihood = figures.total_log_likelihood,
                        .ties = 0,
                        .undecided = 0,
                        .zero_distances = 0};
@@ -232,71 +268,47 @@ MetricScore metric_score(const Judgements& judgements, const ScoredMetric& metri
     return result;
 }
 
-PairScore pair_score(const Judgements& judgements, std::span<const ScoredMetric> metrics,
-                     std::span<const Sampled> sampled, std::uint32_t first, std::uint32_t second) {
-    PairScore result{.first = first,
-                     .second = second,
-                     .first_right = 0,
-                     .second_right = 0,
-                     .p_value = 1,
-                     .p_holm = 1,
-                     .difference = {}};
+/// Counts who predicts untied majorities better.
+void count_right(const Judgements& judgements, std::span<const ScoredMetric> metrics,
+                 PairScore& pair) {
     for (const auto& judgement : judgements.list) {
         if (!judgement.untied()) {
             continue;
         }
-        const double right_1 =
-            is_right(judgement, prefers_left(judgement, metrics[first].distances));
-        const double right_2 =
-            is_right(judgement, prefers_left(judgement, metrics[second].distances));
-        result.first_right += right_1 > right_2 ? 1 : 0;
-        result.second_right += right_2 > right_1 ? 1 : 0;
+        const double first =
+            is_right(judgement, prefers_left(judgement, metrics[pair.first].distances));
+        const double second =
+            is_right(judgement, prefers_left(judgement, metrics[pair.second].distances));
+        pair.first_right += first > second ? 1 : 0;
+        pair.second_right += second > first ? 1 : 0;
     }
-    const std::string& reason = sampled[first].too_few;
-    if (!reason.empty()) {
-        result.p_value = std::numeric_limits<double>::quiet_NaN();
-        result.p_holm = result.p_value;
-    } else {
-        result.p_value = sign_test(result.first_right, result.second_right);
-    }
-    // Both metrics see the same samples: the interval is that of paired data.
-    std::vector<double> differences;
-    for (std::size_t i = 0; i < sampled[first].samples.size(); ++i) {
-        differences.push_back(sampled[first].samples[i].majorities -
-                              sampled[second].samples[i].majorities);
-    }
-    result.difference = bootstrapped(
-        sampled[first].actual.majorities - sampled[second].actual.majorities, differences, reason);
-    return result;
 }
 
 std::vector<PairScore> pair_scores(const Judgements& judgements,
                                    std::span<const ScoredMetric> metrics,
-                                   std::span<const Sampled> sampled) {
+                                   std::span<const Figures> figures, const ScoreClusters& untied) {
     std::vector<PairScore> pairs;
+    std::vector<double> p_values;
     for (std::uint32_t first = 0; first < metrics.size(); ++first) {
         for (std::uint32_t second = first + 1; second < metrics.size(); ++second) {
-            PairScore pair{};
-            pair.first = first;
-            pair.second = second;
-            pairs.push_back(pair);
+            // Of the same judgements: the interval is that of paired data.
+            const auto of_both = difference(figures[first].majorities, figures[second].majorities);
+            pairs.push_back({.first = first,
+                             .second = second,
+                             .first_right = 0,
+                             .second_right = 0,
+                             .difference = estimate(of_both, untied, -1, 1),
+                             .p_holm = p_of_zero(of_both, untied.effective, untied.too_few)});
+            // Pairs that cannot be told apart are tests like others.
+            p_values.push_back(std::isnan(pairs.back().p_holm) ? 1 : pairs.back().p_holm);
         }
-    }
-    tbb::parallel_for(std::size_t{0}, pairs.size(), [&](std::size_t i) {
-        pairs[i] = pair_score(judgements, metrics, sampled, pairs[i].first, pairs[i].second);
-    });
-    std::vector<double> p_values;
-    p_values.reserve(pairs.size());
-    for (const auto& pair : pairs) {
-        p_values.push_back(pair.p_value);
-    }
-    if (pairs.empty() || !sampled[0].too_few.empty()) {
-        return pairs;
     }
     const auto adjusted = holm(p_values);
     for (std::size_t i = 0; i < pairs.size(); ++i) {
-        pairs[i].p_holm = adjusted[i];
+        pairs[i].p_holm = std::isnan(pairs[i].p_holm) ? pairs[i].p_holm : adjusted[i];
     }
+    tbb::parallel_for(std::size_t{0}, pairs.size(),
+                      [&](std::size_t i) { count_right(judgements, metrics, pairs[i]); });
     return pairs;
 }
 
@@ -319,7 +331,7 @@ std::vector<std::uint32_t> open_pairs(const Judgements& judgements, const Scored
 }
 
 Score score(const Judgements& judgements, std::span<const ScoredMetric> metrics,
-            const BootstrapOptions& options, const std::function<void(double share)>& progress) {
+            const std::function<void(double share)>& progress) {
     Score result{};
     result.judgements = judgements.list.size();
     for (const auto& judgement : judgements.list) {
@@ -327,29 +339,24 @@ Score score(const Judgements& judgements, std::span<const ScoredMetric> metrics,
         result.votes += judgement.votes();
         result.equal_votes += judgement.votes_equal;
     }
-    // The best prediction is one part of the work, and each metric is one.
-    std::size_t done = 0;
-    const auto sampled_part = [&](const Prediction& prediction) {
-        auto part = sample(prediction, options, [&](double share) {
-            if (progress) {
-                progress((static_cast<double>(done) + share) /
-                         static_cast<double>(metrics.size() + 1));
-            }
-        });
-        ++done;
-        return part;
-    };
-    const Sampled best = sampled_part(predict_best(judgements));
-    result.too_few = best.too_few;
-    result.ceiling = best.estimate(&Figures::votes);
-    result.ceiling_log_likelihood = best.estimate(&Figures::log_likelihood_per_vote);
+    result.clusters =
+        clusters_of(judgements, [](const Judgement& judgement) { return judgement.votes() > 0; });
+    const auto untied =
+        clusters_of(judgements, [](const Judgement& judgement) { return judgement.untied(); });
+    const Figures best = best_figures(judgements);
+    result.ceiling = estimate(best.votes, result.clusters, 0, 1);
+    result.ceiling_log_likelihood = estimate(best.log_likelihood, result.clusters, -infinity, 0);
 
-    std::vector<Sampled> sampled;
+    std::vector<Figures> figures;
     for (const auto& metric : metrics) {
-        sampled.push_back(sampled_part(predict(judgements, metric)));
-        result.metrics.push_back(metric_score(judgements, metric, sampled.back()));
+        figures.push_back(figures_of(judgements, metric));
+        result.metrics.push_back(
+            metric_score(judgements, metric, figures.back(), result.clusters, untied));
+        if (progress) {
+            progress(static_cast<double>(figures.size()) / static_cast<double>(metrics.size()));
+        }
     }
-    result.pairs = pair_scores(judgements, metrics, sampled);
+    result.pairs = pair_scores(judgements, metrics, figures, untied);
     return result;
 }
 

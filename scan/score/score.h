@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "scan/score/judgements.h"
-#include "scan/statistics/bootstrap.h"
 #include "scan/statistics/estimate.h"
 
 namespace merl::scan {
@@ -39,9 +38,19 @@ struct PairScore {
     std::uint32_t second;
     std::uint64_t first_right;  ///< untied majorities that the first predicts better
     std::uint64_t second_right;
-    double p_value;       ///< exact two-sided sign test; not a number with too few clusters
-    double p_holm;        ///< the same, adjusted for all pairs of metrics
     Estimate difference;  ///< majorities of the first minus majorities of the second
+    double p_holm;  ///< that the difference is 0, adjusted for all pairs of metrics; not a number
+                    ///< where the difference has no interval
+};
+
+/// What intervals rest on: all materials of a judgement are its clusters.
+struct ScoreClusters {
+    std::uint32_t materials;
+    std::uint32_t references;         ///< materials that are the reference of a judgement
+    std::uint64_t without_reference;  ///< judgements, each in the place of a reference
+    std::uint32_t alternatives;       ///< materials that are anything else in one
+    double effective;                 ///< the lesser of the effective numbers of both
+    std::string too_few;              ///< why there are no intervals; else empty
 };
 
 struct Score {
@@ -51,7 +60,7 @@ struct Score {
     std::uint64_t equal_votes;
     Estimate ceiling;                 ///< share of the votes that the best prediction gets
     Estimate ceiling_log_likelihood;  ///< per vote, of the observed shares of each judgement
-    std::string too_few;  ///< why the clusters are too few for intervals and p-values; else empty
+    ScoreClusters clusters;           ///< of all judgements; majorities have those of the untied
     std::vector<MetricScore> metrics;
     std::vector<PairScore> pairs;  ///< (0,1), (0,2) ... (1,2) ...
 };
@@ -64,8 +73,10 @@ std::vector<std::uint32_t> open_pairs(const Judgements& judgements, const Scored
 /// Scores every metric and every pair of metrics. Nothing depends on the number of threads.
 /// `progress` is called with the share that is done, from this thread; what it throws comes out.
 Score score(const Judgements& judgements, std::span<const ScoredMetric> metrics,
-            const BootstrapOptions& options,
             const std::function<void(double share)>& progress = {});
+
+/// With fewer materials intervals are too narrow (docs/scoring.md).
+inline constexpr std::uint32_t fewest_score_materials = 10;
 
 /// Indices of the metrics by the share of majorities, best first; ties as they are.
 std::vector<std::size_t> best_first(const Score& score);

@@ -37,15 +37,15 @@ void write_scores(int file, const Score& score) {
 
 void write_pair_scores(int file, const Score& score) {
     std::string text =
-        "metric_1,metric_2,right_1,right_2,p_value,p_holm,difference,difference_low,"
-        "difference_high\n";
+        "metric_1,metric_2,right_1,right_2,difference,difference_low,difference_high,clear_of_0,"
+        "p_holm\n";
     for (const auto& pair : score.pairs) {
         text += fmt::format("{},{},{},{}", csv_field(score.metrics[pair.first].name),
                             csv_field(score.metrics[pair.second].name), pair.first_right,
                             pair.second_right);
-        append_figure(text, pair.p_value);
-        append_figure(text, pair.p_holm);
         append_estimate(text, pair.difference);
+        text += clear_of_zero(pair.difference) ? ",1" : ",0";
+        append_figure(text, pair.p_holm);
         text += '\n';
     }
     write_all(file, text);

@@ -32,4 +32,22 @@ Estimate bootstrapped(double value, std::span<const double> values, const std::s
     return {value, {none, none}, "all bootstrap samples are alike"};
 }
 
+Estimate within(double least, Estimate estimate, double most) {
+    auto& [low, high] = estimate.interval;
+    if (estimate.too_few.empty()) {
+        low = std::clamp(low, least, most);
+        high = std::clamp(high, least, most);
+    }
+    return estimate;
+}
+
+Estimate negative(const Estimate& estimate) {
+    const auto& [low, high] = estimate.interval;
+    return {0 - estimate.value, {0 - high, 0 - low}, estimate.too_few};
+}
+
+bool clear_of_zero(const Estimate& estimate) {
+    return estimate.interval.low > 0 || estimate.interval.high < 0;
+}
+
 }  // namespace merl::scan

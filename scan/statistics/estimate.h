@@ -7,7 +7,7 @@
 
 namespace merl::scan {
 
-/// A figure and its 95 % interval from a bootstrap.
+/// A figure and its 95 % interval.
 struct Estimate {
     double value;
     Interval interval;
@@ -22,5 +22,14 @@ std::string too_few(std::uint64_t count, const char* things, std::uint64_t least
 /// given, if it is not empty, and where there are fewer than fewest_replicates values or all of
 /// them are the same: that is no certainty, but the lack of anything that could differ.
 Estimate bootstrapped(double value, std::span<const double> values, const std::string& reason = {});
+
+/// The estimate with an interval that does not go beyond what the figure can be.
+Estimate within(double least, Estimate estimate, double most = 1);
+
+/// The estimate of minus the figure.
+Estimate negative(const Estimate& estimate);
+
+/// Whether there is an interval and it leaves out 0.
+bool clear_of_zero(const Estimate& estimate);
 
 }  // namespace merl::scan

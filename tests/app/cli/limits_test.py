@@ -78,7 +78,7 @@ class Taken(Case):
                 if i // 2 != j // 2]
         (self.work / "votes.csv").write_text("reference,a,b,votes_a,votes_b\n" + "\n".join(rows))
         most = self.taken("score", "--judgements", "votes.csv", "--database", "db", "--memory",
-                          "56M", "--replicates", 0, "--out", "out", "--threads", 2)
+                          "56M", "--out", "out", "--threads", 2)
         self.assertLess(most, self.base() + 1.5 * 56 * MIB + 12 * 100 * 19900)
 
     def test_few_materials_on_a_fine_grid(self):
@@ -325,12 +325,12 @@ class Marks(Case):
         self.assert_success("votes", "votes.csv", "--selection", results / "selection.csv", "--kit",
                             "kit/kit.json", "--survey", "survey.csv", "--replicates", 0, "--out", "v")
         self.assert_success("score", "--judgements", "judged.csv", "--distances", "t.csv",
-                            "--replicates", 0, "--out", "score")
+                            "--out", "score")
         # The indices of the JSON are those of MERL; the built-in database has the same names.
         (self.work / "l.json").write_bytes(
             self.MARK + b'{"answers": [[0, 1, 2]], "agreement": [[3, 1]]}')
-        self.assert_success("score", "--judgements", "l.json", "--metrics", "rmse", "--replicates",
-                            0, "--out", "lagunas")
+        self.assert_success("score", "--judgements", "l.json", "--metrics", "rmse", "--out",
+                            "lagunas")
         summary = read_json(self.work / "lagunas" / "summary.json")
         self.assertEqual(summary["judgements"]["format"], "Lagunas 2019 JSON")
 

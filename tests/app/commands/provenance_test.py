@@ -238,7 +238,7 @@ class Votes(Provenance):
         # The page is for others, whom it does not concern where the database is.
         self.assertNotIn(str(self.work), (self.work / "analysis" / "votes.html").read_text())
         score = ("score", "--judgements", "analysis/judgements.csv", "--metrics", "rmse",
-                 "--replicates", "0", "--out", "score", "--force")
+                 "--out", "score", "--force")
         self.assert_success(*score)
         scored = read_json(self.work / "score" / "summary.json")
         self.assertEqual(scored["database"], self.summary["database"])
@@ -254,7 +254,7 @@ class Votes(Provenance):
     def test_judgements_that_do_not_say_what_was_judged(self):
         self.vote(self.make_kit())
         self.assert_success(*self.votes, "--kit", "kit/kit.json", "--out", "analysis")
-        score = ("score", "--metrics", "rmse", "--replicates", "0", "--quiet", "--judgements")
+        score = ("score", "--metrics", "rmse", "--quiet", "--judgements")
         (self.work / "alone").mkdir()
         shutil.copy(self.work / "analysis" / "judgements.csv", self.work / "alone")
         self.warned(["alone/judgements.csv", "built-in stand-in"], *score, "alone/judgements.csv",
@@ -335,7 +335,7 @@ class Formats(Provenance):
         self.assert_success("compare", "--database", "db", "--metrics", "rmse,cwcbrt", "--out",
                             "compare")
         self.assert_success("score", "--judgements", "votes/judgements.csv", "--metrics", "rmse",
-                            "--out", "score", "--replicates", "0")
+                            "--out", "score")
         for directory in "results", "votes", "compare", "score":
             self.assertEqual(read_json(self.work / directory / "summary.json")["format"], 1)
         self.assertEqual(kit["format"], 1)

@@ -36,29 +36,30 @@ TEST(Judgements, AddsUpRowsOnTheSameConfiguration) {
                                     {C, A, B, A, 5, 0, 2},    // the other way round
                                     {B, C, B, A, 1, 0, 0}}),  // another
                            kMaterials);
-    EXPECT_THAT(judgements.list, ElementsAre(Judgement{pair(0, 1), pair(0, 2), 5, 1, 5, 0},
-                                             Judgement{pair(0, 1), pair(1, 2), 0, 0, 1, 1}));
+    EXPECT_THAT(judgements.list, ElementsAre(Judgement{pair(0, 1), pair(0, 2), 5, 1, 5},
+                                             Judgement{pair(0, 1), pair(1, 2), 0, 0, 1}));
     EXPECT_FALSE(judgements.list[0].untied());
     EXPECT_EQ(judgements.list[0].votes(), 11);
     EXPECT_EQ(judgements.rows, 3);
     EXPECT_EQ(judgements.rows_with_unknown, 0);
 }
 
-TEST(Judgements, ClustersAreSharedMaterialsThenConfigurations) {
+TEST(Judgements, TheSharedMaterialIsTheReference) {
     const auto judgements = resolve_judgements(file_of({{A, B, D, E, 1, 0, 0},
                                                         {E, A, E, B, 1, 0, 0},
                                                         {A, C, A, D, 1, 0, 0},
-                                                        {A, D, B, C, 1, 0, 0},
-                                                        {D, A, A, B, 1, 0, 0}}),
+                                                        {D, A, C, D, 1, 0, 0}}),
                                                kMaterials);
-    EXPECT_EQ(judgements.references, 2);  // a and e
-    EXPECT_EQ(judgements.clusters, 4);
-    std::vector<std::uint32_t> clusters;
+    EXPECT_EQ(judgements.materials, 5);
+    std::vector<std::vector<std::uint32_t>> materials;
     for (const auto& judgement : judgements.list) {
-        clusters.push_back(judgement.cluster);
+        const auto of_judgement = materials_of(judgement, 5);
+        materials.emplace_back(of_judgement.all().begin(), of_judgement.all().end());
+        EXPECT_EQ(of_judgement.has_reference, materials.back().size() == 3);
     }
-    // ab|ad, ab|de, ac|ad, ad|bc, ae|be
-    EXPECT_THAT(clusters, ElementsAre(0, 2, 0, 3, 1));
+    // ab|de, ac|ad, ad|cd, ae|be
+    EXPECT_THAT(materials, ElementsAre(ElementsAre(0, 1, 3, 4), ElementsAre(0, 2, 3),
+                                       ElementsAre(3, 0, 2), ElementsAre(4, 0, 1)));
 }
 
 TEST(Judgements, OrderAndSidesDoNotMatter) {
@@ -72,7 +73,6 @@ TEST(Judgements, OrderAndSidesDoNotMatter) {
     }
     const auto judgements = resolve_judgements(file_of(rows), kMaterials);
     EXPECT_EQ(judgements.list, expected.list);
-    EXPECT_EQ(judgements.clusters, expected.clusters);
 }
 
 TEST(Judgements, UnknownMaterialsAreCountedAndListed) {

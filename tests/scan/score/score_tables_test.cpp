@@ -47,9 +47,20 @@ Score two_metrics() {
                     .second = 1,
                     .first_right = 29,
                     .second_right = 34,
-                    .p_value = 0.625,
-                    .p_holm = 1,
-                    .difference = {0.25, {-0.5, 1e-300}}}};
+                    .difference = {0.25, {-0.5, 1e-300}},
+                    .p_holm = 0.625},
+                   {.first = 1,
+                    .second = 0,
+                    .first_right = 1,
+                    .second_right = 2,
+                    .difference = {-0.25, {-0.5, -1e-300}},
+                    .p_holm = 0.03},
+                   {.first = 0,
+                    .second = 1,
+                    .first_right = 0,
+                    .second_right = 2,
+                    .difference = {-1, {kNone, kNone}},
+                    .p_holm = kNone}};
     return score;
 }
 
@@ -64,9 +75,11 @@ TEST(ScoreTables, Scores) {
 
 TEST(ScoreTables, Pairs) {
     EXPECT_EQ(written(write_pair_scores, two_metrics()),
-              "metric_1,metric_2,right_1,right_2,p_value,p_holm,difference,difference_low,"
-              "difference_high\n"
-              "\"a,b\",=c,29,34,0.625,1,0.25,-0.5,1e-300\n");
+              "metric_1,metric_2,right_1,right_2,difference,difference_low,difference_high,"
+              "clear_of_0,p_holm\n"
+              "\"a,b\",=c,29,34,0.25,-0.5,1e-300,0,0.625\n"
+              "=c,\"a,b\",1,2,-0.25,-0.5,-1e-300,1,0.03\n"
+              "\"a,b\",=c,0,2,-1,,,0,\n");
 }
 
 }  // namespace
