@@ -6,54 +6,15 @@
 
 #include <cmath>
 #include <functional>
-#include <random>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
 #include "scan/votes/vote_tables.h"
+#include "simulated_votes.h"
 
 namespace merl::scan {
 namespace {
-
-/// `configurations` of four materials each out of `materials`, and judges who have not voted.
-Votes empty_votes(std::uint32_t judges, std::uint32_t configurations, std::uint32_t materials) {
-    Votes votes{.first_metric = "cwcbrt",
-                .second_metric = "pawcielab",
-                .kit_hash = "k",
-                .with_kit = true,
-                .configurations = {},
-                .judges = {},
-                .trials = configurations};
-    std::mt19937 random(1);
-    for (std::uint32_t k = 0; k < configurations; ++k) {
-        std::vector<std::uint32_t> four;
-        while (four.size() < 4) {
-            const auto material = static_cast<std::uint32_t>(random() % materials);
-            if (std::ranges::find(four, material) == four.end()) {
-                four.push_back(material);
-            }
-        }
-        const auto name = [&](std::size_t i) { return fmt::format("m{}", four[i]); };
-        votes.configurations.push_back({.number = k + 1,
-                                        .kind = TrialKind::selection,
-                                        .materials = {name(0), name(1), name(2), name(3)},
-                                        .agreement = 0.5,
-                                        .expected = 0});
-    }
-    for (std::uint32_t j = 0; j < judges; ++j) {
-        votes.judges.push_back({.name = fmt::format("judge {}", j), .file = "f", .ballots = {}});
-    }
-    return votes;
-}
-
-Ballot ballot(std::uint32_t configuration, int side, bool swapped = false, bool repeat = false) {
-    return {.configuration = configuration,
-            .repeat = repeat,
-            .swapped = swapped,
-            .shown = static_cast<std::uint8_t>(swapped && side != 0 ? 4 - side : side),
-            .response_ms = std::nullopt};
-}
 
 /// The votes of Ryman 2018.
 Votes thesis() {
@@ -281,54 +242,11 @@ TEST(VoteStatistics, NobodyVoted) {
     EXPECT_EQ(s.selection.sides.missing, 2);
 }
 
-/// Judges who answer by what they see, a + b, with effects of judge, materials and chance, and who
-/// lean to the left of the screen.
-struct Simulation {
-    double judge_effect;
-    double material_effect;
-    double leaning;
-
-    Votes run(std::uint32_t seed) const {
-        Votes votes = empty_votes(12, 60, 40);
-        std::mt19937 random(seed);
-        std::normal_distribution<double> normal;
-        std::vector<double> materials(40);
-        for (auto& material : materials) {
-            material = material_effect / 2 * normal(random);
-        }
-        for (auto& judge : votes.judges) {
-            const double effect = judge_effect * normal(random);
-            for (std::uint32_t k = 0; k < votes.configurations.size(); ++k) {
-                const bool swapped = random() % 2 == 1;
-                double x = 0.5 + effect + normal(random) + (swapped ? leaning : -leaning);
-                for (const auto& name : votes.configurations[k].materials) {
-                    x += materials.at(std::stoul(name.substr(1)));
-                }
-                judge.ballots.push_back(ballot(k, x > 0.3 ? 3 : x < -0.3 ? 1 : 2, swapped));
-            }
-        }
-        return votes;
-    }
-
-    /// The expected lead of the second metric over all judges and materials.
-    double lead() const {
-        const double sigma =
-            std::sqrt(1 + judge_effect * judge_effect + material_effect * material_effect);
-        const auto above = [&](double mean, double limit) {
-            return 0.5 * std::erfc((limit - mean) / sigma / std::sqrt(2.0));
-        };
-        double sum = 0;
-        for (const double mean : {0.5 + leaning, 0.5 - leaning}) {
-            sum += (above(mean, 0.3) - (1 - above(mean, -0.3))) / 2;
-        }
-        return sum;
-    }
-};
-
 TEST(VoteStatistics, SimulatedJudgesAreRecovered) {
     constexpr std::uint32_t experiments = 100;
     for (const auto& simulation :
-         {Simulation{0, 0, 0.3}, Simulation{0.5, 0, 0}, Simulation{0.5, 0.7, 0.3}}) {
+         {SimulatedJudges{.leaning = 0.3}, SimulatedJudges{.judge_effect = 0.5},
+          SimulatedJudges{.judge_effect = 0.5, .material_effect = 0.7, .leaning = 0.3}}) {
         int covered = 0;
         int leaning = 0;
         for (std::uint32_t seed = 1; seed <= experiments; ++seed) {
