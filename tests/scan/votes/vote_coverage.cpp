@@ -73,7 +73,8 @@ double print_row(const char* name, SimulatedJudges simulation, std::uint32_t exp
         }
         for (std::uint32_t seed = 1; seed <= experiments; ++seed) {
             const auto votes = simulation.run(seed);
-            const auto s = merl::scan::vote_statistics(votes, {.replicates = 1000}).selection;
+            // Without the bootstrap, which is of another figure.
+            const auto s = merl::scan::vote_statistics(votes, {.replicates = 0}).selection;
             lead.add(s.lead);
             for (std::size_t option = 0; option < shares.size(); ++option) {
                 shares[option].add(s.shares.at(option));
