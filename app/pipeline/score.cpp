@@ -24,6 +24,7 @@ ScoreResult score_distances(scan::DistanceTable& table, const scan::JudgementFil
     }
     result.score =
         scan::score(result.judgements, scored, options.bootstrap, control.stage("scoring"));
+    scan::limit_to_own_order(result.score);
     result.score_seconds = watch.lap();
     return result;
 }

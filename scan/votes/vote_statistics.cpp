@@ -142,6 +142,7 @@ class Statistics {
         for (const auto& row : result.configurations) {
             if (votes_.configurations[row.configuration].kind == TrialKind::selection) {
                 ++s.configurations;
+                s.judged += row.sides.answered() > 0 ? 1 : 0;
                 count(s.alone, row.p_first, row.p_second);
                 count(s.holm, row.p_first_holm, row.p_second_holm);
                 s.most_votes = std::max(s.most_votes, row.sides.answered());

@@ -98,6 +98,7 @@ struct OverallVotes {
 /// What the p-values of the configurations of the selection say together, at significance_level.
 struct Significance {
     std::uint64_t configurations = 0;      ///< of the selection, with or without votes
+    std::uint64_t judged = 0;              ///< those with votes
     std::array<std::uint64_t, 2> alone{};  ///< significant for the first and the second metric
     std::array<std::uint64_t, 2> holm{};   ///< the same with Holm's correction
     /// The fewest judges with whom a configuration can be significant with Holm's correction if 0,

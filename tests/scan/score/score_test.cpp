@@ -105,6 +105,23 @@ TEST(Score, IsThatOfAPlainProgram) {
     EXPECT_DOUBLE_EQ(s.pairs[0].difference.value, 0.5 - 0.5298507462686567);
 }
 
+TEST(Score, OpposedMetricsHaveTheLikelihoodOfWhatTheySay) {
+    auto s = score_of(made_up(), made_up_distances(), {.replicates = 100});
+    const auto before = s;
+    limit_to_own_order(s);
+    EXPECT_TRUE(s.metrics[0].opposed());
+    EXPECT_EQ(s.metrics[0].log_likelihood.value, std::log(0.5));
+    EXPECT_TRUE(std::isnan(s.metrics[0].log_likelihood.interval.low));
+    EXPECT_NE(s.metrics[0].log_likelihood.too_few, "");
+    EXPECT_DOUBLE_EQ(s.metrics[0].total_log_likelihood, 754 * std::log(0.5));
+    EXPECT_EQ(s.metrics[0].slope.value, before.metrics[0].slope.value);
+    for (std::size_t m = 1; m < 3; ++m) {
+        EXPECT_FALSE(s.metrics[m].opposed());
+        EXPECT_EQ(s.metrics[m].log_likelihood.value, before.metrics[m].log_likelihood.value);
+        EXPECT_EQ(s.metrics[m].total_log_likelihood, before.metrics[m].total_log_likelihood);
+    }
+}
+
 // The same program's bootstrap over the reference materials, 20,000 samples of numpy's generator;
 // the tolerances are the Monte Carlo error of both.
 TEST(Score, IntervalsAreThoseOfAPlainBootstrap) {

@@ -205,6 +205,7 @@ TEST(VoteStatistics, SignificanceIsOfTheSelection) {
     votes.judges[0].ballots[3] = ballot(99, 0);
     const auto s = vote_statistics(votes, {.replicates = 0}).significance;
     EXPECT_EQ(s.configurations, 99);
+    EXPECT_EQ(s.judged, 3);
     EXPECT_THAT(s.alone, ::testing::ElementsAre(1, 2));
     EXPECT_THAT(s.holm, ::testing::ElementsAre(1, 2));
     EXPECT_EQ(s.most_votes, 9);
