@@ -115,7 +115,7 @@ CLI::Option* add_database_option(CLI::App& command, std::string& database,
 void add_bootstrap_options(CLI::App& command, scan::BootstrapOptions& options) {
     command
         .add_option("--replicates", options.replicates,
-                    "Bootstrap samples for the intervals; 0 for none")
+                    "Bootstrap samples for the intervals that need them; 0 for none")
         ->transform(whole_number(0, 1'000'000))
         ->capture_default_str();
     command.add_option("--seed", options.seed, "Which samples those are")

@@ -138,6 +138,9 @@ scan::Kit kit_of(const Options& options, const ScannedDatabase& scanned,
             .database = scanned.description(),
             .warnings = warnings,
             .plan = options.plan,
+            .sentinel_pairs = distances && options.plan.sentinels > 0
+                                  ? scan::sentinel_pairs(distances->pairs())
+                                  : 0,
             .lots = {.sides = !options.keep_sides,
                      .pairs = !options.keep_pairs,
                      .order = !options.keep_order},
@@ -174,6 +177,13 @@ void print_summary(const Options& options, const engine::Database& database, con
                              counted(count(scan::TrialKind::repeat), "repeat"),
                              counted(count(scan::TrialKind::sentinel), "sentinel"),
                              counted(count(scan::TrialKind::random), "random disagreement")));
+    if (kit.sentinel_pairs > 0) {
+        print_result("sentinels",
+                     fmt::format("{} of {}, from the {} closest and the {} farthest of all pairs",
+                                 count(scan::TrialKind::sentinel), kit.plan.sentinels,
+                                 fmt::group_digits(kit.sentinel_pairs),
+                                 fmt::group_digits(kit.sentinel_pairs)));
+    }
     print_result("spheres", fmt::format("{}, {}", counted(materials, "material"),
                                         counted(options.image.lights.size(), "light")));
     print_result("device", device);

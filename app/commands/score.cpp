@@ -1,6 +1,7 @@
 #include "app/pipeline/score.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cstdint>
@@ -74,7 +75,8 @@ ordered_json metric_json(const scan::MetricScore& metric) {
             {"log_likelihood", figure_json(metric.total_log_likelihood)},
             {"ties", metric.ties},
             {"undecided", metric.undecided},
-            {"zero_distances", metric.zero_distances}};
+            {"zero_distances", metric.zero_distances},
+            {"selected", metric.selected}};
 }
 
 ordered_json intervals_json(const scan::ScoreClusters& clusters) {
@@ -103,16 +105,19 @@ std::string summary_json(const Options& options, const Outcome& o) {
         metrics.back()["refined_distances"] = o.result.refined.empty() ? 0 : o.result.refined[m];
     }
     ordered_json json = program_json();
-    json["judgements"] = {{"file", as_utf8(options.judgements)},
-                          {"format", o.file.format},
-                          {"content_hash", o.content_hash},
-                          {"rows", j.rows},
-                          {"rows_with_unknown_materials", j.rows_with_unknown},
-                          {"unknown_materials", unknown},
-                          {"configurations", o.result.score.judgements},
-                          {"untied", o.result.score.untied},
-                          {"votes", o.result.score.votes},
-                          {"equal_votes", o.result.score.equal_votes}};
+    json["judgements"] = {
+        {"file", as_utf8(options.judgements)},
+        {"format", o.file.format},
+        {"content_hash", o.content_hash},
+        {"rows", j.rows},
+        {"rows_with_unknown_materials", j.rows_with_unknown},
+        {"unknown_materials", unknown},
+        {"configurations", o.result.score.judgements},
+        {"without_votes", j.without_votes},
+        {"untied", o.result.score.untied},
+        {"votes", o.result.score.votes},
+        {"equal_votes", o.result.score.equal_votes},
+        {"selected_by", o.scanned ? ordered_json(o.scanned->selected_by) : ordered_json::array()}};
     json.update(source_json(o.provenance()));
     json.update(ordered_json{
         {"materials", o.obtained.distances.table.materials()},
@@ -158,19 +163,35 @@ void print_unknown(const scan::Judgements& judgements) {
     }
 }
 
+/// A metric as it is called in tables.
+std::string label(const scan::MetricScore& metric) {
+    return metric.name + (metric.selected ? " *" : "");
+}
+
 void print_metrics(const scan::Score& score) {
     std::size_t width = 6;
     for (const auto& metric : score.metrics) {
-        width = std::max(width, printable(metric.name).size());
+        width = std::max(width, printable(label(metric)).size());
     }
     print_line("");
     print_line(fmt::format("{:<{}}  {:<22}  {:<22}  {:<22}  {}", "metric", width, "majorities",
                            "votes", "slope", "log-likelihood per vote"));
     for (const std::size_t m : scan::best_first(score)) {
         const auto& metric = score.metrics[m];
-        print_line(fmt::format("{:<{}}  {:<22}  {:<22}  {:<22}  {}", metric.name, width,
+        print_line(fmt::format("{:<{}}  {:<22}  {:<22}  {:<22}  {}", label(metric), width,
                                estimate_text(metric.majorities), estimate_text(metric.votes),
-                               estimate_text(metric.slope), estimate_text(metric.log_likelihood)));
+                               estimate_text(metric.slope),
+                               metric.opposed()
+                                   ? fmt::format("{:.3f} [opposed]", metric.log_likelihood.value)
+                                   : estimate_text(metric.log_likelihood)));
+    }
+    if (std::ranges::any_of(score.metrics, &scan::MetricScore::opposed)) {
+        print_line(
+            "[opposed]: the slope is below 0, people do the opposite; what the metric says "
+            "is no better than chance");
+    }
+    if (std::ranges::any_of(score.metrics, &scan::MetricScore::selected)) {
+        print_line("* circular: what was judged are disagreements of this metric with another");
     }
 }
 
@@ -202,7 +223,7 @@ void print_pairs(const scan::Score& score) {
     print_line(
         fmt::format("{} minus another metric, majorities predicted; where they disagree, "
                     "who is right:",
-                    score.metrics[best].name));
+                    label(score.metrics[best])));
     for (const std::size_t other : scan::best_first(score)) {
         for (const auto& pair : score.pairs) {
             if ((pair.first != best || pair.second != other) &&
@@ -212,7 +233,7 @@ void print_pairs(const scan::Score& score) {
             const bool first = pair.first == best;
             const auto difference = first ? pair.difference : scan::negative(pair.difference);
             const bool open = difference.too_few.empty() && !scan::clear_of_zero(difference);
-            print_line(fmt::format("  against {}: {}, {} to {}{}", score.metrics[other].name,
+            print_line(fmt::format("  against {}: {}, {} to {}{}", label(score.metrics[other]),
                                    estimate_text(difference),
                                    fmt::group_digits(first ? pair.first_right : pair.second_right),
                                    fmt::group_digits(first ? pair.second_right : pair.first_right),
@@ -221,9 +242,17 @@ void print_pairs(const scan::Score& score) {
     }
 }
 
+void print_unjudged(const scan::Judgements& judgements) {
+    if (judgements.without_votes > 0) {
+        print_result(
+            "", counted(judgements.without_votes, "configuration") + " without a vote left out");
+    }
+}
+
 void print_summary(const Options& options, const Outcome& o) {
     print_result("judgements", fmt::format("{}, {}", options.judgements, o.file.format));
     print_result("", judgements_text(o));
+    print_unjudged(o.result.judgements);
     print_unknown(o.result.judgements);
     print_results(source_lines(o.obtained.distances));
     print_result("ceiling", estimate_text(o.result.score.ceiling) + " of the votes");
@@ -312,6 +341,25 @@ void compare_with_scan(const Options& options, Outcome& o) {
                      o.obtained.database->name(), o.scanned->summary));
 }
 
+/// Whether a metric is one of those whose disagreements were judged.
+bool selected(const Outcome& o, const std::string& metric) {
+    return o.scanned && std::ranges::find(o.scanned->selected_by, as_utf8(metric)) !=
+                            o.scanned->selected_by.end();
+}
+
+/// What was judged are disagreements of two metrics: of those it says nothing else.
+void warn_of_circular_scores(Outcome& o) {
+    const auto& metrics = o.obtained.distances.table.metrics;
+    if (std::ranges::any_of(metrics, [&](const auto& m) { return selected(o, m.metric); })) {
+        warn(o.obtained.distances,
+             fmt::format("what was judged are disagreements of {}, as {} says: their scores are "
+                         "circular and say only which of the two is right where they disagree; "
+                         "what one gains the other loses, and neither can be compared with other "
+                         "metrics or other judgements",
+                         fmt::join(o.scanned->selected_by, " and "), o.scanned->summary));
+    }
+}
+
 /// What the plot says below its title.
 std::string subtitle(const Options& options, const Outcome& o) {
     const auto name = std::filesystem::path(options.judgements).filename().string();
@@ -347,9 +395,13 @@ int run(const Options& options) {
     o.judgement_seconds = watch.lap();
     o.obtained = obtain_distances(distance_options(options, o), kMetrics, control);
     compare_with_scan(options, o);
+    warn_of_circular_scores(o);
     o.result =
         pipeline::score_distances(o.obtained.distances.table, o.file, o.obtained.database.get(),
                                   o.obtained.metrics, options.distances.memory, control);
+    for (auto& metric : o.result.score.metrics) {
+        metric.selected = selected(o, metric.name);
+    }
     warn_if_all_are_zero(o.obtained.distances);
     out.finish();
     terminal.clear();

@@ -171,10 +171,11 @@ void print_significance(const scan::Votes& votes, const scan::Significance& s) {
         return fmt::format("{} {}, {} {}", votes.second_metric, significant[1], votes.first_metric,
                            significant[0]);
     };
-    print_result("significant",
-                 fmt::format("of {} configurations at {}, one by one: {}", s.configurations,
-                             scan::significance_level, counts(s.alone)));
-    print_result("", fmt::format("with Holm's correction for all of them: {}", counts(s.holm)));
+    print_result("significant", fmt::format("of {} judged at {}, one by one: {}",
+                                            counted(s.judged, "configuration"),
+                                            scan::significance_level, counts(s.alone)));
+    print_result(
+        "", fmt::format("with Holm's correction for all {}: {}", s.configurations, counts(s.holm)));
     if (s.fewest_judges[0] && s.fewest_judges[1]) {
         print_result("",
                      fmt::format("which takes {} judges or more who all say the same, {} if one "
@@ -240,9 +241,11 @@ void print_summary(const Options& options, const Inputs& inputs,
     }
     print_significance(votes, statistics.significance);
     print_judges(votes, statistics);
-    print_result("intervals", fmt::format("95 %, {} bootstrap samples, seed {}",
-                                          fmt::group_digits(options.bootstrap.replicates),
-                                          options.bootstrap.seed));
+    print_result(
+        "intervals",
+        fmt::format("95 %, judges and materials as clusters; of alpha: {} bootstrap "
+                    "samples, seed {}",
+                    fmt::group_digits(options.bootstrap.replicates), options.bootstrap.seed));
     print_result("results", options.out + ": open votes.html in a browser");
 }
 
@@ -307,7 +310,8 @@ int run(const Options& options) {
     summary["kit_hash"] = as_utf8(inputs.votes.kit_hash);
     summary["bootstrap"] = {{"replicates", options.bootstrap.replicates},
                             {"seed", options.bootstrap.seed},
-                            {"interval", "percentile, 95 %"}};
+                            {"interval", "percentile, 95 %"},
+                            {"of", "krippendorff_alpha"}};
     summary["figures"] = votes_json(inputs.votes, statistics);
     out.finish();
     if (!options.quiet) {

@@ -38,10 +38,26 @@ std::map<std::string, std::string> texts_of(const ordered_json& object, const ch
     return texts;
 }
 
+/// The metrics of `votes`, if it wrote the summary: everything it counts is on their disagreements.
+std::vector<std::string> judged_metrics(const ordered_json& json) {
+    const auto figures = json.find("figures");
+    if (figures == json.end() || !figures->is_object() || !figures->contains("metrics")) {
+        return {};
+    }
+    std::vector<std::string> metrics;
+    for (const auto& metric : (*figures)["metrics"]) {
+        if (metric.is_string()) {
+            metrics.push_back(metric.get<std::string>());
+        }
+    }
+    return metrics;
+}
+
 ScanRecord record_of(const ordered_json& json, const std::string& summary) {
     ScanRecord record;
     record.summary = summary;
     record.files = texts_of(json, "files");
+    record.selected_by = judged_metrics(json);
     for (const char* const key : {"database", "distances"}) {
         if (json.contains(key) && json[key].is_object()) {
             record.source[key] = json[key];

@@ -27,6 +27,7 @@ struct ScanRecord {
     std::string content_hash;
     std::map<std::string, std::string> material_hashes;  // by name; older summaries have none
     std::map<std::string, std::string> files;  // hashes of the other results; older have none
+    std::vector<std::string> selected_by;  // of judgements: whose disagreements they are on; UTF-8
 
     bool has_database() const { return !kind.empty(); }
 };

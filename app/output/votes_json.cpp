@@ -72,6 +72,7 @@ ordered_json significance(const scan::Significance& s) {
     }
     return {{"level", scan::significance_level},
             {"configurations", s.configurations},
+            {"judged", s.judged},
             {"alone", s.alone},
             {"holm", s.holm},
             {"fewest_judges_by_equal_votes", fewest},

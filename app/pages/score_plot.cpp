@@ -17,7 +17,8 @@ namespace {
 
 constexpr double kRow = 26;     // height of a metric
 constexpr double kTop = 116;    // above the first
-constexpr double kBottom = 58;  // below the last
+constexpr double kBottom = 40;  // below the last, without notes
+constexpr double kNote = 18;    // height of a note
 constexpr double kPanel = 220;  // width of a scale
 constexpr double kFigure = 58;  // width of the figures beside it
 constexpr double kGap = 26;     // between panels
@@ -139,7 +140,9 @@ std::string panel_svg(const scan::Score& score, const std::vector<std::size_t>& 
         svg += marker(scale.at(*panel.ceiling), height, "ceiling", "ceiling", "end");
     }
     for (std::size_t row = 0; row < order.size(); ++row) {
-        const auto& [value, interval, too_few] = score.metrics[order[row]].*panel.figure;
+        const auto& metric = score.metrics[order[row]];
+        const auto& [value, interval, too_few] = metric.*panel.figure;
+        const bool opposed = metric.opposed() && panel.figure == &scan::MetricScore::log_likelihood;
         const double y = kRow * (static_cast<double>(row) + 0.5);
         if (!std::isnan(interval.low)) {
             svg += fmt::format(
@@ -149,13 +152,38 @@ std::string panel_svg(const scan::Score& score, const std::vector<std::size_t>& 
         }
         if (!std::isnan(value)) {
             svg += fmt::format(
-                "<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"4.5\"/>"
+                "<circle{} cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"4.5\"/>"
                 "<text class=\"figure\" x=\"{:.1f}\" y=\"{:.1f}\" "
                 "text-anchor=\"end\">{}</text>\n",
-                scale.at(value), y, kPanel + kFigure - 4, y + 4, number(value, 3));
+                opposed ? " class=\"opposed\"" : "", scale.at(value), y, kPanel + kFigure - 4,
+                y + 4, number(value, 3));
         }
     }
     return svg + "</g>\n";
+}
+
+/// The name of a metric beside its row.
+std::string label(const scan::MetricScore& metric) {
+    return shortened(printable(metric.name), kLongest) + (metric.selected ? " *" : "");
+}
+
+/// The lines below the panels.
+std::vector<std::string> notes_on(const scan::Score& score) {
+    std::vector<std::string> notes = {
+        "Dots are the judgements as they are, bars 95 % intervals. The "
+        "ceiling is what the votes themselves allow."};
+    if (std::ranges::any_of(score.metrics, &scan::MetricScore::opposed)) {
+        notes.push_back(
+            "Open circles: the slope is below 0, people do the opposite of the metric; what it "
+            "says "
+            "itself is no likelier than chance.");
+    }
+    if (std::ranges::any_of(score.metrics, &scan::MetricScore::selected)) {
+        notes.push_back(
+            "* Circular: what was judged are disagreements of this metric with another. Not to be "
+            "compared with the others.");
+    }
+    return notes;
 }
 
 constexpr const char* kStyle = R"(<style>
@@ -170,6 +198,7 @@ text { font-family: system-ui, -apple-system, "Segoe UI", "DejaVu Sans", sans-se
 .ceiling { stroke: #b35900; stroke-width: 1.5 }
 .interval { stroke: #0550ae; stroke-width: 2.5; stroke-opacity: .45; stroke-linecap: round }
 circle { fill: #0550ae }
+.opposed { fill: #fff; stroke: #0550ae; stroke-width: 2 }
 </style>
 )";
 
@@ -184,14 +213,13 @@ std::string score_svg(const scan::Score& score, const std::string& subtitle) {
           score.ceiling_log_likelihood.value}}};
     std::size_t longest = 8;
     for (const auto& metric : score.metrics) {
-        longest = std::max(longest, std::min(characters(printable(metric.name)), kLongest));
+        longest = std::max(longest, characters(label(metric)));
     }
     const double labels = kMargin + kCharacter * static_cast<double>(longest) + 18;
     const double width = labels + 3 * (kPanel + kFigure) + 2 * kGap + kMargin;
-    const bool opposed = std::ranges::any_of(
-        score.metrics, [](const auto& metric) { return metric.slope.value < 0; });
-    const double height =
-        kTop + kRow * static_cast<double>(order.size()) + kBottom + (opposed ? 18 : 0);
+    const auto notes = notes_on(score);
+    const double height = kTop + kRow * static_cast<double>(order.size()) + kBottom +
+                          kNote * static_cast<double>(notes.size());
 
     std::string svg = fmt::format(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" role=\"img\" width=\"{0:.0f}\" "
@@ -203,7 +231,7 @@ std::string score_svg(const scan::Score& score, const std::string& subtitle) {
         "<text class=\"subtitle\" x=\"{3}\" y=\"56\">{4}</text>\n",
         width, height, kStyle, kMargin, markup_text(printable(subtitle)));
     for (std::size_t row = 0; row < order.size(); ++row) {
-        const std::string& name = score.metrics[order[row]].name;
+        const auto& metric = score.metrics[order[row]];
         const double y = kTop + kRow * static_cast<double>(row);
         if (row % 2 == 0) {
             svg += fmt::format(
@@ -211,25 +239,19 @@ std::string score_svg(const scan::Score& score, const std::string& subtitle) {
                 kMargin - 8, y, width - 2 * kMargin + 16, kRow);
         }
         svg += fmt::format("<text x=\"{}\" y=\"{:.1f}\">{}<title>{}</title></text>\n", kMargin,
-                           y + kRow / 2 + 4.5, markup_text(shortened(printable(name), kLongest)),
-                           markup_text(printable(name)));
+                           y + kRow / 2 + 4.5, markup_text(label(metric)),
+                           markup_text(printable(metric.name)));
     }
     double left = labels;
     for (const auto& panel : panels) {
         svg += panel_svg(score, order, panel, left);
         left += kPanel + kFigure + kGap;
     }
-    svg += fmt::format(
-        "<text class=\"note\" x=\"{}\" y=\"{:.1f}\">Dots are the judgements as they are, bars 95 % "
-        "intervals. The ceiling is what the votes themselves "
-        "allow.</text>\n",
-        kMargin, height - (opposed ? 34 : 16));
-    if (opposed) {
-        svg += fmt::format(
-            "<text class=\"note\" x=\"{}\" y=\"{:.1f}\">Where the slope is below 0 the likelihood "
-            "is "
-            "that of the opposite of the metric.</text>\n",
-            kMargin, height - 16);
+    double y = height - 16 - kNote * static_cast<double>(notes.size() - 1);
+    for (const auto& note : notes) {
+        svg += fmt::format("<text class=\"note\" x=\"{}\" y=\"{:.1f}\">{}</text>\n", kMargin, y,
+                           markup_text(note));
+        y += kNote;
     }
     svg += "</svg>\n";
     return svg;

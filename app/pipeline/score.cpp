@@ -23,6 +23,7 @@ ScoreResult score_distances(scan::DistanceTable& table, const scan::JudgementFil
         scored.push_back({column.metric, column.values, column.bounds});
     }
     result.score = scan::score(result.judgements, scored, control.stage("scoring"));
+    scan::limit_to_own_order(result.score);
     result.score_seconds = watch.lap();
     return result;
 }

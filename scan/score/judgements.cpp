@@ -126,7 +126,8 @@ Judgements resolve_judgements(const JudgementFile& file, std::span<const std::st
         nothing_left(file, result);
     }
     merge(result.list);
-    if (std::ranges::all_of(result.list, [](const auto& j) { return j.votes() == 0; })) {
+    result.without_votes = std::erase_if(result.list, [](const auto& j) { return j.votes() == 0; });
+    if (result.list.empty()) {
         throw InputError(fmt::format(
             "{}: found no vote in the {} rows whose materials are known; expected at least one",
             file.file, result.rows - result.rows_with_unknown));

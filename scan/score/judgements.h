@@ -67,6 +67,7 @@ struct Judgements {
 
     std::uint64_t rows = 0;  ///< of the file
     std::uint64_t rows_with_unknown = 0;
+    std::uint64_t without_votes = 0;       ///< configurations that nobody voted on; not in the list
     std::vector<UnknownMaterial> unknown;  ///< ascending by name
 };
 

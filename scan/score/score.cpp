@@ -360,6 +360,17 @@ Score score(const Judgements& judgements, std::span<const ScoredMetric> metrics,
     return result;
 }
 
+void limit_to_own_order(Score& score) {
+    constexpr double none = std::numeric_limits<double>::quiet_NaN();
+    const double chance = std::log(0.5);
+    for (auto& metric : score.metrics) {
+        if (metric.opposed()) {
+            metric.log_likelihood = {chance, {none, none}, "the slope is below 0: that of chance"};
+            metric.total_log_likelihood = chance * static_cast<double>(score.votes);
+        }
+    }
+}
+
 std::vector<std::size_t> best_first(const Score& score) {
     std::vector<std::size_t> order(score.metrics.size());
     std::iota(order.begin(), order.end(), std::size_t{0});

@@ -30,6 +30,10 @@ struct MetricScore {
     std::uint64_t ties;            ///< judgements whose two distances are equal
     std::uint64_t undecided;       ///< judgements whose order the bounds leave open
     std::uint64_t zero_distances;  ///< judgements with exactly one distance of 0
+    bool selected = false;  ///< the judged configurations are where it disagrees with another one
+
+    /// People do the opposite of what it says.
+    bool opposed() const { return slope.value < 0; }
 };
 
 /// Who is right where two metrics predict different answers.
@@ -77,6 +81,10 @@ Score score(const Judgements& judgements, std::span<const ScoredMetric> metrics,
 
 /// With fewer materials intervals are too narrow (docs/scoring.md).
 inline constexpr std::uint32_t fewest_score_materials = 10;
+
+/// Gives metrics that people oppose the likelihood of what they say, and not that of its opposite,
+/// which a slope below 0 has: with a slope of 0 or more it is greatest at 0, which is chance.
+void limit_to_own_order(Score& score);
 
 /// Indices of the metrics by the share of majorities, best first; ties as they are.
 std::vector<std::size_t> best_first(const Score& score);

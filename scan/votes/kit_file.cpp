@@ -290,6 +290,7 @@ std::vector<std::array<double, 3>> read_lights(const json& list, const Object& o
 void read_options(const Object& options, Kit& kit) {
     options.read("repeats_percent", kit.plan.repeats);
     options.read("sentinels", kit.plan.sentinels);
+    options.read("sentinel_pairs", kit.sentinel_pairs);
     options.read("random", kit.plan.random);
     if (const auto lots = options.object("randomise")) {
         lots->read("sides", kit.lots.sides);
@@ -340,6 +341,7 @@ ordered_json database_json(const Kit& kit) {
 ordered_json options_json(const Kit& kit) {
     return {{"repeats_percent", kit.plan.repeats},
             {"sentinels", kit.plan.sentinels},
+            {"sentinel_pairs", kit.sentinel_pairs},
             {"random", kit.plan.random},
             {"randomise", lots_json(kit.lots)},
             {"size", kit.view.size},

@@ -57,6 +57,7 @@ struct Kit {
     KitDatabase database;
     std::vector<std::string> warnings;
     KitPlan plan;
+    std::uint64_t sentinel_pairs = 0;  ///< closest, and as many farthest, that sentinels are from
     KitLots lots;
     KitView view;
     FourMaterials practice;

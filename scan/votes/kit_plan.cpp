@@ -87,13 +87,11 @@ std::vector<std::uint32_t> smallest(const std::vector<std::uint32_t>& keys, std:
     std::vector<std::uint32_t> pairs(keys.size());
     std::iota(pairs.begin(), pairs.end(), 0U);
     std::ranges::stable_sort(pairs, {}, [&](std::uint32_t pair) { return keys[pair]; });
-    pairs.resize(std::min(count, pairs.size()));
+    pairs.resize(count);
     return pairs;
 }
 
 void add_sentinels(std::vector<KitTrial>& trials, const Distances& distances, const KitPlan& plan) {
-    constexpr std::size_t least = 20;
-    constexpr std::size_t one_in = 50;
     const auto first = ranks_of(distances.first);
     const auto second = ranks_of(distances.second);
     std::vector<std::uint32_t> near(first.size());
@@ -103,7 +101,7 @@ void add_sentinels(std::vector<KitTrial>& trials, const Distances& distances, co
         far[i] = static_cast<std::uint32_t>(first.size()) - std::min(first[i], second[i]);
     }
     Lots lots(plan.seed, Purpose::sentinels);
-    const std::size_t candidates = std::max(least, first.size() / one_in);
+    const std::size_t candidates = sentinel_pairs(first.size());
     auto closest = smallest(near, candidates);
     auto farthest = smallest(far, candidates);
     lots.shuffle(closest);
@@ -192,6 +190,12 @@ void expect_same_scan(const SelectionFile& selection, const Distances& distances
             }
         }
     }
+}
+
+std::size_t sentinel_pairs(std::size_t pairs) {
+    constexpr std::size_t least = 20;
+    constexpr std::size_t one_in = 50;
+    return std::min(pairs, std::max(least, pairs / one_in));
 }
 
 std::vector<KitTrial> plan_kit(const SelectionFile& selection, const Distances* distances,

@@ -37,12 +37,16 @@ struct KitTrial {
 void expect_same_scan(const SelectionFile& selection, const Distances& distances,
                       const std::string& file);
 
+/// How many of so many pairs are among the closest, and among the farthest, that sentinels are
+/// drawn from: 2 %, at least 20, and no more than there are.
+std::size_t sentinel_pairs(std::size_t pairs);
+
 /// The trials of a kit: the selection in its order, then sentinels, disagreements drawn by lot, and
 /// repeats. The same for the same seed on every machine.
 ///
 /// - A sentinel has on one side a pair that is among the closest under both metrics and on the
-///   other one that is among the farthest under both (the closest or farthest 2 %, and at least
-///   20), drawn by lot, the side too; no material is in two sentinels.
+///   other one that is among the farthest under both (sentinel_pairs), drawn by lot, the side too;
+///   no material is in two sentinels.
 /// - Disagreements are drawn with equal chances from all that are not in the selection; fewer than
 ///   asked for where ten million drawn configurations did not have as many.
 /// - Repeats are rows of the selection, drawn by lot, each at most once.

@@ -7,7 +7,7 @@
 #include <map>
 #include <set>
 
-#include "scan/statistics/crossed_bootstrap.h"
+#include "scan/statistics/crossed_share.h"
 #include "scan/statistics/krippendorff.h"
 #include "scan/statistics/sign_test.h"
 #include "scan/statistics/uniform_test.h"
@@ -82,18 +82,6 @@ class Statistics {
     }
 
   private:
-    /// The bootstraps, in their order: of the share of the votes for a side, and of alpha.
-    enum class Part { selection_first, selection_second, random_first, random_second, alpha, end };
-
-    /// The progress of one of them.
-    std::function<void(double share)> progress_of(Part part) const {
-        return [this, part](double share) {
-            if (progress_) {
-                progress_((static_cast<double>(part) + share) / static_cast<double>(Part::end));
-            }
-        };
-    }
-
     bool has(TrialKind kind) const {
         return std::ranges::any_of(votes_.configurations,
                                    [&](const auto& c) { return c.kind == kind; });
@@ -154,6 +142,7 @@ class Statistics {
         for (const auto& row : result.configurations) {
             if (votes_.configurations[row.configuration].kind == TrialKind::selection) {
                 ++s.configurations;
+                s.judged += row.sides.answered() > 0 ? 1 : 0;
                 count(s.alone, row.p_first, row.p_second);
                 count(s.holm, row.p_first_holm, row.p_second_holm);
                 s.most_votes = std::max(s.most_votes, row.sides.answered());
@@ -169,24 +158,20 @@ class Statistics {
         return s;
     }
 
-    /// The bootstrapped shares of the votes for one side on configurations of this kind.
-    std::vector<double> shares_drawn(TrialKind kind, const MaterialsOf& materials,
-                                     std::uint8_t side) const {
+    /// The mean of what votes on configurations of this kind are worth, with sides undone: `worth`
+    /// of votes 1, 2 and 3.
+    CrossedShare crossed_share(TrialKind kind, const std::array<double, 3>& worth) const {
         std::vector<CrossedValue> values;
         for (std::uint32_t j = 0; j < looks_.size(); ++j) {
             for (std::uint32_t k = 0; k < votes_.configurations.size(); ++k) {
                 if (votes_.configurations[k].kind == kind && looks_[j][k] != 0) {
-                    values.push_back({j, k, looks_[j][k] == side ? 1.0 : 0.0});
+                    values.push_back({j, k, worth.at(looks_[j][k] - 1U)});
                 }
             }
         }
-        const bool first = side == 1;
-        const Part part = kind == TrialKind::selection
-                              ? (first ? Part::selection_first : Part::selection_second)
-                              : (first ? Part::random_first : Part::random_second);
-        return crossed_bootstrap(values, static_cast<std::uint32_t>(looks_.size()),
-                                 materials.configurations, materials.count, options_,
-                                 progress_of(part));
+        const auto materials = number_materials(votes_, kind);
+        return {values, static_cast<std::uint32_t>(looks_.size()), materials.configurations,
+                materials.count};
     }
 
     OverallVotes overall(const VoteStatistics& result, TrialKind kind) const {
@@ -233,8 +218,8 @@ class Statistics {
             }
         }
         for (const auto& reason :
-             {too_few(judges_of(kind), "judges"), too_few(configurations, "configurations"),
-              too_few(materials.size(), "materials")}) {
+             {too_few(judges_of(kind), "judges", least_judges),
+              too_few(configurations, "configurations"), too_few(materials.size(), "materials")}) {
             if (!reason.empty()) {
                 return reason;
             }
@@ -242,55 +227,24 @@ class Statistics {
         return {};
     }
 
-    /// Shares and lead. The same draws give all of them, and the other two follow from those of the
-    /// metrics.
+    /// Shares and lead. The lead is that of a share in which "equal" is half a vote.
     void add_shares(OverallVotes& o, TrialKind kind) const {
-        const auto share = [&](std::size_t option) {
-            return static_cast<double>(o.sides.votes.at(option)) /
-                   static_cast<double>(o.sides.answered());
-        };
         const std::string reason = too_few_votes(kind);
-        const auto materials = number_materials(votes_, kind);
-        const auto draw = [&](std::uint8_t side) {
-            return reason.empty() ? shares_drawn(kind, materials, side) : std::vector<double>();
-        };
-        const auto first = draw(1);
-        const auto second = draw(3);
-        const auto combine = [&](double constant, double of_first, double of_second) {
-            std::vector<double> values;
-            for (std::size_t i = 0; i < first.size(); ++i) {
-                values.push_back(constant + of_first * first[i] + of_second * second[i]);
-            }
-            return values;
-        };
-        const auto leads = combine(0, -1, 1);
-        o.shares = {within(0, bootstrapped(share(0), first, reason)),
-                    within(0, bootstrapped(share(1), combine(1, -1, -1), reason)),
-                    within(0, bootstrapped(share(2), second, reason))};
-        o.lead = within(-1, bootstrapped(share(2) - share(0), leads, reason));
-        o.p_value = p_of_lead(o.lead, leads, kind);
-    }
-
-    /// Draws that are as far from the votes as the votes are from no lead. However few draws these
-    /// are, judges who all agree may do so by chance: as with as many throws of a coin.
-    double p_of_lead(const Estimate& lead, const std::vector<double>& leads, TrialKind kind) const {
-        if (!lead.too_few.empty()) {
-            return none;
+        for (std::size_t option = 0; option < 3; ++option) {
+            std::array<double, 3> worth{};
+            worth.at(option) = 1;
+            o.shares.at(option) = crossed_share(kind, worth).estimate(reason);
         }
-        const auto far = std::ranges::count_if(
-            leads, [&](double x) { return std::abs(x - lead.value) >= std::abs(lead.value); });
-        return std::max(sign_test(judges_of(kind), 0),
-                        static_cast<double>(far + 1) / static_cast<double>(leads.size() + 1));
-    }
-
-    /// With an interval that does not go beyond what the figure can be, `least` to 1.
-    static Estimate within(double least, Estimate estimate) {
-        auto& [low, high] = estimate.interval;
-        if (estimate.too_few.empty()) {
-            low = std::clamp(low, least, 1.0);
-            high = std::clamp(high, least, 1.0);
+        const auto balance = crossed_share(kind, {0, 0.5, 1});
+        o.lead = balance.estimate(reason);
+        for (double* const share : {&o.lead.value, &o.lead.interval.low, &o.lead.interval.high}) {
+            *share = 2 * *share - 1;
         }
-        return estimate;
+        // However few differ, judges who all agree may do so by chance: as with as many throws of a
+        // coin.
+        o.p_value = o.lead.too_few.empty()
+                        ? std::max(sign_test(judges_of(kind), 0), balance.p_value(0.5))
+                        : none;
     }
 
     OptionCounts sides_of_judge(std::size_t judge, TrialKind kind) const {
@@ -313,7 +267,7 @@ class Statistics {
                                  static_cast<std::uint32_t>(votes[2])});
             }
         }
-        return ordinal_alpha(units, options_, progress_of(Part::alpha));
+        return ordinal_alpha(units, options_, progress_);
     }
 
     void add_judges(VoteStatistics& result) const {

@@ -17,6 +17,10 @@ namespace merl::scan {
 /// The level of significance of Ryman 2018.
 inline constexpr double significance_level = 0.05;
 
+/// With fewer judges there is no interval: Student's t of two judges is 12.7, and the interval
+/// would have nearly all the room that there is.
+inline constexpr std::uint32_t least_judges = 3;
+
 /// How many votes were 1, 2 and 3, and how many are missing. With the sides undone (Ballot::side) 1
 /// agrees with the first metric and 3 with the second.
 struct OptionCounts {
@@ -75,8 +79,8 @@ struct JudgeVotes {
     ResponseTimes times;
 };
 
-/// The votes on all configurations of one kind together, with the intervals of a bootstrap that
-/// takes both judges and materials as clusters (docs/experiment.md).
+/// The votes on all configurations of one kind together, with intervals that take both
+/// judges and materials as clusters (crossed_share.h).
 struct OverallVotes {
     OptionCounts sides;
     std::array<Estimate, 3> shares;  ///< of the votes: first metric, equal, second metric
@@ -94,6 +98,7 @@ struct OverallVotes {
 /// What the p-values of the configurations of the selection say together, at significance_level.
 struct Significance {
     std::uint64_t configurations = 0;      ///< of the selection, with or without votes
+    std::uint64_t judged = 0;              ///< those with votes
     std::array<std::uint64_t, 2> alone{};  ///< significant for the first and the second metric
     std::array<std::uint64_t, 2> holm{};   ///< the same with Holm's correction
     /// The fewest judges with whom a configuration can be significant with Holm's correction if 0,
@@ -118,8 +123,8 @@ struct VoteStatistics {
     ResponseTimes times;
 };
 
-/// All figures. Nothing depends on the number of threads. `progress` is called with the share that
-/// is done; what it throws comes out.
+/// All figures. The bootstrap is that of Krippendorff's alpha. Nothing depends on the number of
+/// threads. `progress` is called with the share that is done; what it throws comes out.
 VoteStatistics vote_statistics(const Votes& votes, const BootstrapOptions& options,
                                const std::function<void(double share)>& progress = {});
 

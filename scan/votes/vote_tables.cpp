@@ -130,7 +130,7 @@ std::string thesis_table(const Votes& votes, const VoteStatistics& statistics) {
     text += fmt::format("\noption 1 ({})  {}\noption 2 (equal)  {}\noption 3 ({})  {}\n",
                         votes.first_metric, all[0], all[1], votes.second_metric, all[2]);
     text += fmt::format("{} of {} configurations favour {} at {}, each by itself\n",
-                        statistics.significance.alone[1], statistics.significance.configurations,
+                        statistics.significance.alone[1], statistics.significance.judged,
                         votes.second_metric, significance_level);
     return text;
 }

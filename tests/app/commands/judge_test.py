@@ -50,6 +50,10 @@ class Judge(Case):
         self.assertEqual(kinds.count("random"), 3)
         self.assertEqual(kinds.count("repeat"), 2)
         self.assertIn(f"{len(kinds)}: 10 of the selection, 2 repeats", output)
+        pairs = len(read_csv(self.work / "results" / "pairs.csv")[1])
+        candidates = max(20, pairs // 50)
+        self.assertIn(f"2 of 2, from the {candidates} closest and the {candidates} farthest", output)
+        self.assertEqual(kit["options"]["sentinel_pairs"], candidates)
         for number, (trial, row) in enumerate(zip(kit["trials"], rows), 1):
             self.assertEqual((trial["configuration"], trial["left"] + trial["right"]),
                              (number, row[1:5]))

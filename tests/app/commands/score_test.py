@@ -89,7 +89,10 @@ class Score(Case):
             self.assertAlmostEqual(float(row["votes"]), votes, 14)
             self.assertTrue(slope_is_best(rows, self.under(metric), float(row["slope"])))
             for figure in "majorities", "votes", "slope", "log_likelihood_per_vote":
-                if int(row["ties"]) == len(rows):  # nothing that could differ between samples
+                if figure.startswith("log") and float(row["slope"]) < 0:  # that of chance
+                    self.assertEqual(row[figure + "_low"], "")
+                    continue
+                if int(row["ties"]) == sum(any(r[-3:]) for r in rows):  # nothing that could differ between samples
                     self.assertEqual((row[figure + "_low"], row[figure + "_high"]), ("", ""))
                     continue
                 self.assertLessEqual(float(row[figure + "_low"]), float(row[figure]))
@@ -194,6 +197,34 @@ class Score(Case):
         self.assertTrue(any(t.startswith("<votes>.csv: ") for t in texts))
         self.assertEqual(text.count("http"), 1)  # the name space
         self.assertNotIn("<script", text)
+
+    def test_a_metric_that_people_oppose(self):
+        """Its likelihood is that of what it says, which is no better than chance."""
+        near = self.under(0)
+        rows = []
+        for r, a, b, _, _ in self.reference_rows():
+            far_a = near[frozenset((r, a))] > near[frozenset((r, b))]
+            rows.append([r, a, b, 8 if far_a else 1, 1 if far_a else 8])
+        write_rows(self.work / "votes.csv", REFERENCE, rows)
+        results = self.score()
+        header, table = read_csv(results / "score.csv")
+        row = dict(zip(header, table[0]))
+        self.assertLess(float(row["slope_high"]), 0)
+        self.assertEqual(float(row["log_likelihood_per_vote"]), math.log(0.5))
+        self.assertAlmostEqual(float(row["log_likelihood"]), 80 * 9 * math.log(0.5))
+        self.assertEqual(row["log_likelihood_per_vote_low"], "")
+        metric = read_json(results / "summary.json")["metrics"][0]
+        self.assertIn("below 0", metric["log_likelihood_per_vote"]["too_few"])
+        self.assertRegex(self.output, r"(?m)^net .* -0\.693 \[opposed\]$")
+        self.assertIn("[opposed]: the slope is below 0", self.output)
+        root = xml.etree.ElementTree.parse(results / "score.svg").getroot()
+        svg = "{http://www.w3.org/2000/svg}"
+        panel = [g for g in root.iter(f"{svg}g") if g[0].text == "Log-likelihood per vote"][0]
+        opposed = [c for c in panel.iter(f"{svg}circle") if c.get("class") == "opposed"]
+        chance = next(c for c in panel.iter(f"{svg}line") if c.get("class") == "chance")
+        self.assertIn(chance.get("x1"), [c.get("cx") for c in opposed])
+        self.assertEqual(len([c for c in root.iter(f"{svg}circle") if c.get("class")]), len(opposed))
+        self.assertIn("Open circles", "".join(root.itertext()))
 
     def test_the_table_in_the_terminal(self):
         write_rows(self.work / "votes.csv", REFERENCE, self.reference_rows())

@@ -74,7 +74,7 @@ class Votes(Case):
         self.assertFalse((self.work / "merl-scan-votes").exists())
         output = self.assert_success("votes", *files, "--selection", self.selection, "--out", "out")
         self.assertIn("one by one: two 98, one 0", output)
-        self.assertIn("with Holm's correction for all of them: two 0, one 0", output)
+        self.assertIn("with Holm's correction for all 100: two 0, one 0", output)
         self.assertIn("takes 7 judges or more who all say the same, 10 if", output)
         self.assertEqual(sorted(os.listdir(self.work / "out")), FILES)
         header, rows = read_csv(self.work / "out" / "configurations.csv")
@@ -159,9 +159,11 @@ class Votes(Case):
         self.assertGreater(figures["sentinels"]["share"]["high"], 0.95)
         self.assertEqual(figures["response_ms"]["count"], 12 * 85)
         # What score makes of the same votes.
-        self.assert_success("score", "--judgements", "out/judgements.csv", "--distances", "t.csv",
-                            "--out", "score")
+        result = self.run_program("score", "--judgements", "out/judgements.csv", "--distances",
+                                  "t.csv", "--out", "score")
+        self.assertEqual(result.returncode, 0, result.stderr)
         score = read_json(self.work / "score" / "summary.json")
+        self.assert_circular(result, score)
         votes = [a + b for a, b in zip(figures["selection"]["votes"], figures["random"]["votes"])]
         self.assertEqual(score["judgements"]["votes"], sum(votes))
         self.assertEqual(score["judgements"]["equal_votes"], votes[1])
@@ -174,7 +176,61 @@ class Votes(Case):
         self.assert_success("votes", *files, "--selection", self.selection, "--kit", "kit.json",
                             "--out", "again", "--force", "--seed", "2")
         other = read_json(self.work / "again" / "summary.json")["figures"]
-        self.assertNotEqual(other["selection"]["lead"], figures["selection"]["lead"])
+        self.assertEqual(other["selection"]["lead"], figures["selection"]["lead"])
+        self.assertNotEqual(other["krippendorff_alpha"], figures["krippendorff_alpha"])
+
+    def assert_circular(self, result, score):
+        """Votes on a selection say of the two metrics that chose it only which is right."""
+        [warning] = score["warnings"]
+        self.assertEqual(result.stderr.splitlines(), [f"merl-scan: warning: {warning}"])
+        self.assertIn("disagreements of one and two, as out/summary.json says", warning)
+        self.assertIn("circular", warning)
+        self.assertEqual(score["judgements"]["selected_by"], ["one", "two"])
+        self.assertEqual([m["selected"] for m in score["metrics"]], [True, True])
+        # What one gains the other loses (but on the few random ones here, which are made up).
+        self.assertAlmostEqual(sum(m["votes"]["value"] for m in score["metrics"]), 1, delta=0.02)
+        self.assertRegex(result.stdout, r"(?m)^two \* +0\.")
+        self.assertRegex(result.stdout, r"(?m)^\* circular")
+        header, rows = read_csv(self.work / "score" / "score.csv")
+        self.assertEqual([dict(zip(header, row))["selected"] for row in rows], ["1", "1"])
+        plot = (self.work / "score" / "score.svg").read_text()
+        self.assertIn(">two *<", plot)
+        self.assertIn("* Circular", plot)
+        # Other metrics have not chosen it.
+        write_table(self.work / "other.csv", ["three"], [f"m{i:02}" for i in range(30)],
+                    lambda _: self.random.lognormvariate(0, 1))
+        output = self.assert_success("score", "--judgements", "out/judgements.csv", "--distances",
+                                     "other.csv", "--out", "other")
+        self.assertNotIn("circular", output)
+        other = read_json(self.work / "other" / "summary.json")
+        self.assertEqual(other["judgements"]["selected_by"], ["one", "two"])
+        self.assertEqual((other["metrics"][0]["selected"], other["warnings"]), (False, []))
+
+    def test_what_nobody_voted_on_is_not_judged(self):
+        rows = self.select([f"m{i:02}" for i in range(45)])
+        files = [self.write_judge(f"judge {j}", self.trials(rows[:7], lambda _: 3)) for j in range(9)]
+        output = self.assert_success("votes", *files, "--selection", self.selection, "--out", "out")
+        self.assertIn("of 7 configurations judged at 0.05, one by one: two 7, one 0", output)
+        self.assertIn("with Holm's correction for all 100: two 7, one 0", output)
+        significance = read_json(self.work / "out" / "summary.json")["figures"]["significance"]
+        self.assertEqual((significance["configurations"], significance["judged"]), (100, 7))
+        output = self.assert_success("votes", *files, "--selection", self.selection, "--thesis")
+        self.assertIn("7 of 7 configurations favour two", output)
+        if CHROMIUM is not None:
+            with Browser() as browser:
+                browser.open(self.work / "out" / "votes.html")
+                self.assertEqual(browser.complaints(), [])
+                self.assertIn("100 configurations of the selection, 7 of them judged;",
+                              browser.text("#lead"))
+                self.assertIn("7 of 7 judged configurations favour two", browser.text("#tests"))
+        write_table(self.work / "other.csv", ["three"], [f"m{i:02}" for i in range(45)],
+                    lambda _: self.random.lognormvariate(0, 1))
+        output = self.assert_success("score", "--judgements", "out/judgements.csv", "--distances",
+                                     "other.csv", "--out", "score")
+        self.assertIn("7 configurations, 7 with a majority; 63 votes", output)
+        self.assertIn("93 configurations without a vote left out", output)
+        judgements = read_json(self.work / "score" / "summary.json")["judgements"]
+        self.assertEqual((judgements["configurations"], judgements["without_votes"]), (7, 93))
 
     def assert_too_few(self, files, reason, judges_p, out):
         """No interval and no overall p anywhere, but the reason."""
@@ -197,10 +253,10 @@ class Votes(Case):
             return [self.write_judge(f"{count}-{j}", self.trials(rows[:votes], side))
                     for j in range(count)]
         three = judges(3, 1, lambda _: 3)
-        output = self.assert_too_few(three, "judges: 3; expected 5 or more", 0.25, "three")
+        output = self.assert_too_few(three, "configurations: 1; expected 5 or more", 0.25, "three")
         self.assertIn("1.000 [too few]", output)
         # Holm's correction is for all 100, not for the one that was voted on.
-        self.assertIn("with Holm's correction for all of them: two 0, one 0", output)
+        self.assertIn("with Holm's correction for all 100: two 0, one 0", output)
         significance = read_json(self.work / "three" / "summary.json")["figures"]["significance"]
         self.assertEqual((significance["configurations"], significance["holm"]), (100, [0, 0]))
         header, table = read_csv(self.work / "three" / "configurations.csv")
@@ -210,12 +266,12 @@ class Votes(Case):
                 browser.open(self.work / "three" / "votes.html")
                 self.assertEqual(browser.complaints(), [])
                 self.assertIn("100.0 % [too few]", browser.text("#shares"))
-                self.assertIn("too few votes for intervals and an overall p (judges: 3; expected 5 "
-                              "or more)", browser.text("#overall"))
-        few = "judges: {}; expected 5 or more"
+                self.assertIn("too few votes for intervals and an overall p (configurations: 1; "
+                              "expected 5 or more)", browser.text("#overall"))
+        few = "judges: {}; expected 3 or more"
         self.assert_too_few(judges(1, 100, lambda k: 1 + k % 3), few.format(1), 1, "one")
         self.assert_too_few(judges(2, 100, lambda k: 3), few.format(2), 0.5, "two")
-        alike = "all bootstrap samples are alike"
+        alike = "no judge or material makes a difference"
         self.assert_too_few(judges(6, 100, lambda _: 3), alike, 0.031, "alike")
         self.assert_too_few(judges(7, 100, lambda _: 2), alike, 1, "equal")
         self.assert_too_few(judges(8, 1, lambda _: 3), "configurations: 1; expected 5 or more",

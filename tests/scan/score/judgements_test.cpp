@@ -84,6 +84,18 @@ TEST(Judgements, UnknownMaterialsAreCountedAndListed) {
     EXPECT_THAT(judgements.unknown, ElementsAre(UnknownMaterial{"x", 1}, UnknownMaterial{"y", 2}));
 }
 
+TEST(Judgements, WithoutAVoteAreNone) {
+    const auto judgements = resolve_judgements(file_of({{A, B, A, C, 0, 0, 0},
+                                                        {A, B, D, E, 0, 1, 0},
+                                                        {A, C, D, E, 0, 0, 0},
+                                                        {E, D, A, C, 0, 0, 0},
+                                                        {C, A, B, A, 0, 0, 2}}),
+                                               kMaterials);
+    EXPECT_EQ(judgements.list.size(), 2);  // one of its two rows has votes
+    EXPECT_EQ(judgements.without_votes, 1);
+    EXPECT_EQ(judgements.clusters, 2);
+}
+
 void expect_refused(const JudgementFile& file, const std::vector<std::string>& words) {
     try {
         resolve_judgements(file, kMaterials);

@@ -101,6 +101,30 @@ TEST(Score, IsThatOfAPlainProgram) {
     EXPECT_DOUBLE_EQ(s.pairs[0].difference.value, 0.5 - 0.5298507462686567);
 }
 
+TEST(Score, OpposedMetricsHaveTheLikelihoodOfWhatTheySay) {
+    auto s = score_of(made_up(12), made_up_distances(12));
+    const auto before = s;
+    limit_to_own_order(s);
+    std::size_t opposed = 0;
+    for (std::size_t m = 0; m < 3; ++m) {
+        const auto& metric = s.metrics[m];
+        EXPECT_EQ(metric.slope.value, before.metrics[m].slope.value);
+        EXPECT_EQ(metric.opposed(), metric.slope.value < 0);
+        if (metric.opposed()) {
+            ++opposed;
+            EXPECT_EQ(metric.log_likelihood.value, std::log(0.5));
+            EXPECT_TRUE(std::isnan(metric.log_likelihood.interval.low));
+            EXPECT_NE(metric.log_likelihood.too_few, "");
+            EXPECT_DOUBLE_EQ(metric.total_log_likelihood,
+                             static_cast<double>(s.votes) * std::log(0.5));
+        } else {
+            EXPECT_EQ(metric.log_likelihood.value, before.metrics[m].log_likelihood.value);
+            EXPECT_EQ(metric.total_log_likelihood, before.metrics[m].total_log_likelihood);
+        }
+    }
+    EXPECT_EQ(opposed, 2U);
+}
+
 // A Python program that gives the judgements of a material 1e-4 more and less weight, for each of
 // 12 materials, computes the figures anew, also the slope, and takes the differences for
 // influences; t's distribution by Simpson's rule.

@@ -24,6 +24,7 @@ Kit whole_kit() {
                     .material_hashes = {{"b", "2"}, {"a", "1"}, {"d", "4"}, {"c", "3"}}};
     kit.warnings = {"one", "two"};
     kit.plan = {.seed = (1ULL << 53U) - 1, .repeats = 12.5, .sentinels = 1, .random = 0};
+    kit.sentinel_pairs = 21;
     kit.lots = {.sides = false, .pairs = true, .order = false};
     kit.view = {.size = 16,
                 .field_of_view = 60,
@@ -47,6 +48,7 @@ TEST(KitFile, IsReadAsItWasWritten) {
     EXPECT_EQ(read.database, kit.database);
     EXPECT_EQ(read.warnings, kit.warnings);
     EXPECT_EQ(read.plan, kit.plan);
+    EXPECT_EQ(read.sentinel_pairs, 21);
     EXPECT_EQ(read.lots, kit.lots);
     EXPECT_EQ(read.view, kit.view);
     EXPECT_EQ(read.practice, kit.practice);

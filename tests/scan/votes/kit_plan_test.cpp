@@ -129,6 +129,36 @@ TEST(KitPlan, SentinelsAreWhereBothMetricsAgreeStrongly) {
     EXPECT_EQ(expected, (std::set{1, 3}));
 }
 
+TEST(KitPlan, SentinelsAreFromTwoPercentOrTwentyPairs) {
+    EXPECT_EQ(sentinel_pairs(4950), 99U);  // of 100 materials
+    EXPECT_EQ(sentinel_pairs(1050), 21U);
+    EXPECT_EQ(sentinel_pairs(1000), 20U);
+    EXPECT_EQ(sentinel_pairs(190), 20U);  // of 20: a tenth
+    EXPECT_EQ(sentinel_pairs(6), 6U);
+    // What is drawn is among so many under the worse of both ranks.
+    const auto d = made_up(40, 1);
+    const auto count = sentinel_pairs(d.pairs());
+    const auto rank = [&](const std::vector<double>& values, std::uint32_t pair) {
+        return std::ranges::count_if(values, [&](double v) { return v < values[pair]; });
+    };
+    std::vector<long> worse;
+    for (std::uint32_t pair = 0; pair < d.pairs(); ++pair) {
+        worse.push_back(std::max(rank(d.first, pair), rank(d.second, pair)));
+    }
+    auto sorted = worse;
+    std::ranges::sort(sorted);
+    for (std::uint64_t seed = 0; seed < 20; ++seed) {
+        for (const auto& s :
+             of_kind(plan_kit(select_from(d, 2), &d,
+                              {.seed = seed, .repeats = 0, .sentinels = 5, .random = 0}),
+                     TrialKind::sentinel)) {
+            const std::size_t side = s.expected == 1 ? 0 : 2;
+            const auto close = find_pair(d, s.materials.at(side), s.materials.at(side + 1));
+            EXPECT_LE(worse[close], sorted[count - 1]);
+        }
+    }
+}
+
 TEST(KitPlan, RandomOnesAreOtherDisagreementsWithEqualChances) {
     const auto d = made_up(6, 3);  // 105 configurations
     const auto selection = select_from(d, 2);
