@@ -11,7 +11,7 @@ packages=(
     g++ cmake ninja-build pkg-config                                    # tools
     glslang-dev glslang-tools   # shaders; the CMake files of the first name the program of the second
     libvulkan-dev mesa-vulkan-drivers                                   # Vulkan, lavapipe
-    libglm-dev libtbb-dev libfmt-dev libxxhash-dev libhwy-dev           # libraries of the engine
+    libglm-dev libtbb-dev libfmt-dev libxxhash-dev libssl-dev libhwy-dev  # libraries of the engine
     libboost-dev                                                        # of the scan
     libcli11-dev nlohmann-json3-dev libopenexr-dev libpng-dev zlib1g-dev  # of the command line
 )

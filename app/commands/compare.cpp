@@ -19,6 +19,7 @@
 #include "engine/base/text.h"
 #include "scan/io/csv.h"
 #include "scan/select/compare_metrics.h"
+#include "scan/select/triangle.h"
 
 namespace merl::app {
 namespace {
@@ -40,6 +41,7 @@ struct Options {
 struct Outcome {
     pipeline::PairDistances distances;
     scan::ComparisonResult compared;
+    std::vector<scan::TriangleCheck> triangles;  // of metrics that are not proven to keep it
     double compare_seconds = 0;
     double write_seconds = 0;
 
@@ -73,11 +75,16 @@ std::string summary_json(const Options& options, const Outcome& o) {
     for (const auto& comparison : o.compared.comparisons) {
         comparisons.push_back(comparison_json(table, comparison));
     }
+    ordered_json triangles = ordered_json::array();
+    for (const auto& check : o.triangles) {
+        triangles.push_back(triangle_json(table, check));
+    }
     json.update(ordered_json{{"materials", table.materials()},
                              {"pairs", table.pairs()},
                              {"configurations", scan::configuration_count(table.pairs())},
                              {"counted_by", counted_by(o.compared.streamed)},
                              {"comparisons", comparisons},
+                             {"triangle_inequality", triangles},
                              {"options", computing_options_json(options.distances)}});
     json.update(engines_json(provenance));
     json["warnings"] = texts_json(provenance.warnings);
@@ -127,6 +134,23 @@ void print_comparisons(const scan::DistanceTable& table,
     print_line("");
 }
 
+void print_triangles(const scan::DistanceTable& table,
+                     const std::vector<scan::TriangleCheck>& checks) {
+    if (checks.empty()) {
+        return;
+    }
+    std::size_t width = 0;
+    for (const auto& check : checks) {
+        width = std::max(width, width_of(table.metrics[check.metric].metric));
+    }
+    print_line("The triangle inequality, where nothing proves it:");
+    for (const auto& check : checks) {
+        print_line(fmt::format("{}  {}", padded(table.metrics[check.metric].metric, width),
+                               triangle_text(table, check)));
+    }
+    print_line("");
+}
+
 void print_summary(const Options& options, const Outcome& o) {
     const auto& table = o.distances.table;
     print_results(source_lines(o.distances));
@@ -135,6 +159,7 @@ void print_summary(const Options& options, const Outcome& o) {
                  fmt::format("{}", fmt::group_digits(scan::configuration_count(table.pairs()))));
     print_result("metrics", fmt::format("{}", table.metrics.size()));
     print_comparisons(table, o.compared.comparisons);
+    print_triangles(table, o.triangles);
     print_results(engine_lines(o.distances.provenance));
     print_result("seconds",
                  fmt::format("{:.2f}: device {:.2f}, distances {:.2f}, compare {:.2f}, write "
@@ -143,6 +168,17 @@ void print_summary(const Options& options, const Outcome& o) {
                              o.distances.provenance.seconds.without_opening(), o.compare_seconds,
                              o.write_seconds));
     print_result("results", options.out + ": open compare.html in a browser");
+}
+
+/// The metrics that may break the triangle inequality: those that were read from a table too.
+std::vector<std::size_t> unproven(const pipeline::Provenance& provenance) {
+    std::vector<std::size_t> metrics;
+    for (std::size_t m = 0; m < provenance.metrics.size(); ++m) {
+        if (!provenance.metrics[m].is_pseudometric) {
+            metrics.push_back(m);
+        }
+    }
+    return metrics;
 }
 
 int run(const Options& options) {
@@ -163,8 +199,13 @@ int run(const Options& options) {
               [&](int file) {
                   scan::write_comparisons(file, o.distances.table, o.compared.comparisons);
               }},
+         {.name = "triangle.csv",
+          .write = [&](int file) { scan::write_triangles(file, o.distances.table, o.triangles); }},
          {.name = "compare.html",
-          .write = [&](int file) { scan::write_all(file, compare_page(o.distances, o.compared)); }},
+          .write =
+              [&](int file) {
+                  scan::write_all(file, compare_page(o.distances, o.compared, o.triangles));
+              }},
          {.name = "summary.json",
           .write =
               [&](int file) {
@@ -176,6 +217,8 @@ int run(const Options& options) {
     warn_if_all_are_zero(o.distances);
     watch.lap();
     o.compared = scan::compare_metrics(o.distances.table, kStrongest, control.stage("comparing"));
+    o.triangles = scan::check_triangles(o.distances.table, unproven(o.distances.provenance),
+                                        control.stage("checking triangles"));
     o.compare_seconds = watch.lap();
     out.finish();
     terminal.clear();
@@ -195,7 +238,8 @@ void add_compare(CLI::App& program, Command& chosen) {
     add_output_options(*command, options->out, options->force);
     add_quiet_option(*command, options->quiet);
     command->footer(
-        std::string("Writes distances.csv, compare.csv, compare.html and summary.json "
+        std::string("Writes distances.csv, compare.csv, triangle.csv, compare.html and "
+                    "summary.json\n"
                     "(docs/file-formats.md).\n"
                     "\n") +
         kMetricsHelp +

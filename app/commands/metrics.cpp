@@ -38,6 +38,10 @@ int list() {
             field("parameter", fmt::format("{}={} in [{}, {}] {}", p.name, p.value, p.low, p.high,
                                            p.description));
         }
+        for (const auto& data : metric.header.fitted) {
+            field("fitted to",
+                  fmt::format("{} (a file with the SHA-256 {})", data.citation, data.sha256));
+        }
     }
     return kSuccess;
 }

@@ -55,6 +55,7 @@ struct Options {
 struct Outcome {
     scan::JudgementFile file;
     std::string content_hash;           // of the judgements
+    std::string sha256;                 // the same file, as metrics name what they were fitted to
     std::optional<ScanRecord> scanned;  // what the judgements are on, if they are those of `votes`
     ObtainedDistances obtained;
     pipeline::ScoreResult result;
@@ -66,6 +67,12 @@ struct Outcome {
                result.score_seconds;
     }
 };
+
+/// What the metric says of the judgements, if its parameters were fitted to this very file.
+const engine::FittedTo* fitted_to(const pipeline::MetricProvenance& metric, const Outcome& o) {
+    const auto found = std::ranges::find(metric.fitted, o.sha256, &engine::FittedTo::sha256);
+    return found == metric.fitted.end() ? nullptr : &*found;
+}
 
 ordered_json metric_json(const scan::MetricScore& metric) {
     return {{"majorities", estimate_json(metric.majorities)},
@@ -103,12 +110,14 @@ std::string summary_json(const Options& options, const Outcome& o) {
         metrics.push_back(described[m]);
         metrics.back().update(metric_json(o.result.score.metrics[m]));
         metrics.back()["refined_distances"] = o.result.refined.empty() ? 0 : o.result.refined[m];
+        metrics.back()["fitted_to_judgements"] = fitted_to(o.provenance().metrics[m], o) != nullptr;
     }
     ordered_json json = program_json();
     json["judgements"] = {
         {"file", as_utf8(options.judgements)},
         {"format", o.file.format},
         {"content_hash", o.content_hash},
+        {"sha256", o.sha256},
         {"rows", j.rows},
         {"rows_with_unknown_materials", j.rows_with_unknown},
         {"unknown_materials", unknown},
@@ -278,6 +287,7 @@ void print_summary(const Options& options, const Outcome& o) {
 void read_judgements(const Options& options, Outcome& o, const pipeline::Control& control) {
     const std::string text = scan::read_input(options.judgements);
     o.content_hash = hash_of(text);
+    o.sha256 = sha256_of(text);
     // The published indices are those of the 100 MERL materials, whatever the database has of them.
     const auto merl = scan::lagunas_order(engine::merl_materials());
     o.file =
@@ -360,6 +370,18 @@ void warn_of_circular_scores(Outcome& o) {
     }
 }
 
+/// Says which metrics have seen the answers.
+void warn_of_fitted(const Options& options, Outcome& o) {
+    for (const auto& metric : o.provenance().metrics) {
+        if (const auto* data = fitted_to(metric, o)) {
+            warn(o.obtained.distances,
+                 fmt::format("{} was fitted to {} ({}): its figures say how well it fits these "
+                             "judgements, not how well it predicts others",
+                             metric.name, options.judgements, data->citation));
+        }
+    }
+}
+
 /// What the plot says below its title.
 std::string subtitle(const Options& options, const Outcome& o) {
     const auto name = std::filesystem::path(options.judgements).filename().string();
@@ -396,6 +418,7 @@ int run(const Options& options) {
     o.obtained = obtain_distances(distance_options(options, o), kMetrics, control);
     compare_with_scan(options, o);
     warn_of_circular_scores(o);
+    warn_of_fitted(options, o);
     o.result =
         pipeline::score_distances(o.obtained.distances.table, o.file, o.obtained.database.get(),
                                   o.obtained.metrics, options.distances.memory, control);

@@ -46,6 +46,48 @@ nlohmann::ordered_json counts_json(const scan::Counts& counts) {
             {"tied_in_both", counts.tied_both}};
 }
 
+nlohmann::ordered_json triangle_json(const scan::DistanceTable& table,
+                                     const scan::TriangleCheck& check) {
+    nlohmann::ordered_json worst;
+    if (check.worst) {
+        const auto& w = *check.worst;
+        worst = {{"a", as_utf8(table.names[w.a])},
+                 {"b", as_utf8(table.names[w.b])},
+                 {"c", as_utf8(table.names[w.c])},
+                 {"distance_ab", w.ab},
+                 {"distance_bc", w.bc},
+                 {"distance_ac", w.ac},
+                 {"ratio", figure_json(w.ratio())},
+                 {"excess", figure_json(w.excess)}};
+    }
+    return {{"metric", as_utf8(table.metrics[check.metric].metric)},
+            {"triples", check.triples},
+            {"violations", check.violations ? nlohmann::ordered_json(*check.violations)
+                                            : nlohmann::ordered_json()},
+            {"worst", worst}};
+}
+
+std::string triangle_text(const scan::DistanceTable& table, const scan::TriangleCheck& check) {
+    if (!check.violations) {
+        return fmt::format("not looked for: {} are too many", counted(check.triples, "triple"));
+    }
+    if (!check.worst) {
+        return fmt::format("holds in all of {}", counted(check.triples, "triple"));
+    }
+    const auto& w = *check.worst;
+    const bool fails = w.excess > 0;
+    // Beside 1 the digits that tell are those of the excess.
+    const auto factor = fails && w.excess < 1e-3 ? fmt::format("1 + {:.2g}", w.excess)
+                                                 : fmt::format("{:.4g}", w.ratio());
+    const auto found = fails ? fmt::format("fails in {} of {}, most by a factor of {}",
+                                           fmt::group_digits(*check.violations),
+                                           counted(check.triples, "triple"), factor)
+                             : fmt::format("holds in all of {}, at most {} of what it allows",
+                                           counted(check.triples, "triple"), factor);
+    return fmt::format("{}: {} | {} {:.4g} {} {:.4g} + {:.4g} through {}", found, table.names[w.a],
+                       table.names[w.c], w.ac, fails ? ">" : "<=", w.ab, w.bc, table.names[w.b]);
+}
+
 std::string counted_by(bool streamed) {
     return streamed ? "streaming and inversions" : "inversions";
 }

@@ -45,9 +45,17 @@ ordered_json metric_json(const pipeline::MetricProvenance& metric) {
     for (const auto& [name, value] : metric.parameters) {
         parameters[name] = value;
     }
-    return {{"name", as_utf8(metric.name)},       {"title", as_utf8(metric.title)},
-            {"formula", as_utf8(metric.formula)}, {"source", as_utf8(metric.source)},
-            {"note", as_utf8(metric.note)},       {"parameters", parameters}};
+    ordered_json fitted = ordered_json::array();
+    for (const auto& data : metric.fitted) {
+        fitted.push_back({{"sha256", data.sha256}, {"citation", as_utf8(data.citation)}});
+    }
+    return {{"name", as_utf8(metric.name)},
+            {"title", as_utf8(metric.title)},
+            {"formula", as_utf8(metric.formula)},
+            {"source", as_utf8(metric.source)},
+            {"note", as_utf8(metric.note)},
+            {"parameters", parameters},
+            {"fitted", fitted}};
 }
 
 ordered_json engine_json(const pipeline::EngineProvenance& use) {

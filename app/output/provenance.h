@@ -12,7 +12,8 @@ namespace merl::app {
 
 // What results say of where distances are from: for machines, and for people.
 
-/// Per metric: its name, and of a computed one title, formula, source, note and parameters.
+/// Per metric: its name, and of a computed one title, formula, source, note,
+/// parameters and what it was fitted to.
 nlohmann::ordered_json metrics_json(const pipeline::Provenance& provenance);
 
 /// What is known of the database or the table.

@@ -6,8 +6,10 @@
 #include <cstdint>
 #include <nlohmann/json.hpp>
 #include <random>
+#include <span>
 #include <vector>
 
+#include "app/output/json.h"
 #include "app/output/provenance.h"
 #include "app/pages/compare_page_html.h"
 #include "app/pages/page.h"
@@ -63,7 +65,8 @@ ordered_json comparison_json(const scan::DistanceTable& table, const scan::Compa
 }
 
 ordered_json page_data(const pipeline::PairDistances& distances,
-                       const scan::ComparisonResult& compared) {
+                       const scan::ComparisonResult& compared,
+                       std::span<const scan::TriangleCheck> triangles) {
     const auto& table = distances.table;
     ordered_json facts = ordered_json::array();
     for (const auto& lines : {source_lines(distances), engine_lines(distances.provenance)}) {
@@ -90,6 +93,10 @@ ordered_json page_data(const pipeline::PairDistances& distances,
     for (const auto& comparison : compared.comparisons) {
         comparisons.push_back(comparison_json(table, comparison));
     }
+    ordered_json triangle_texts(table.metrics.size(), nullptr);  // null where it is proven
+    for (const auto& check : triangles) {
+        triangle_texts[check.metric] = printable(triangle_text(table, check));
+    }
     return {{"version", distances.provenance.version},
             {"facts", facts},
             {"metrics", metrics_json(distances.provenance)},
@@ -98,14 +105,16 @@ ordered_json page_data(const pipeline::PairDistances& distances,
             {"configurations", scan::configuration_count(table.pairs())},
             {"shown", all ? ordered_json() : ordered_json(shown)},
             {"values", values},
-            {"comparisons", comparisons}};
+            {"comparisons", comparisons},
+            {"triangles", triangle_texts}};
 }
 
 }  // namespace
 
 std::string compare_page(const pipeline::PairDistances& distances,
-                         const scan::ComparisonResult& compared) {
-    return page_of(kComparePage, page_data(distances, compared));
+                         const scan::ComparisonResult& compared,
+                         std::span<const scan::TriangleCheck> triangles) {
+    return page_of(kComparePage, page_data(distances, compared, triangles));
 }
 
 }  // namespace merl::app

@@ -35,7 +35,9 @@ MetricProvenance provenance_of(const engine::Metric& metric) {
                                .formula = header.formula,
                                .source = header.source,
                                .note = header.note,
-                               .parameters = {}};
+                               .parameters = {},
+                               .fitted = header.fitted,
+                               .is_pseudometric = metric.is_pseudometric()};
     for (std::size_t p = 0; p < header.parameters.size(); ++p) {
         result.parameters.emplace_back(header.parameters[p].name, metric.parameters[p]);
     }

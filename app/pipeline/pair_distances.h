@@ -45,6 +45,8 @@ struct MetricProvenance {
     bool is_computed = true;  // otherwise only the name is known
     std::string title = {}, formula = {}, source = {}, note = {};
     std::vector<std::pair<std::string, double>> parameters = {};
+    std::vector<engine::FittedTo> fitted = {};
+    bool is_pseudometric = false;  // by proof (engine::Metric)
 };
 
 struct EngineProvenance {

@@ -1,9 +1,13 @@
 #include "engine/base/hash.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <openssl/evp.h>
 #include <xxhash.h>
 
+#include <array>
 #include <new>
+#include <stdexcept>
 
 namespace merl {
 namespace {
@@ -42,6 +46,15 @@ std::string Hash::hexadecimal() const {
 
 std::string hash_of(std::string_view bytes) {
     return digits(XXH3_128bits(bytes.data(), bytes.size()));
+}
+
+std::string sha256_of(std::string_view bytes) {
+    std::array<unsigned char, 32> digest = {};
+    if (EVP_Digest(bytes.data(), bytes.size(), digest.data(), nullptr, EVP_sha256(), nullptr) !=
+        1) {
+        throw std::runtime_error("libcrypto has no SHA-256");
+    }
+    return fmt::format("{:02x}", fmt::join(digest, ""));
 }
 
 }  // namespace merl

@@ -29,4 +29,7 @@ class Hash {
 /// The same of all bytes at once.
 std::string hash_of(std::string_view bytes);
 
+/// SHA-256 of all bytes, 64 hexadecimal digits: what other programs know a file by.
+std::string sha256_of(std::string_view bytes);
+
 }  // namespace merl

@@ -71,6 +71,10 @@ struct Metric {
 
     bool has_bound() const { return header.degree > 0; }
 
+    /// Whether it is proven to be a pseudometric (docs/metrics.md, "Is it a metric?"): the root of
+    /// a weighted sum of |d|^p keeps the triangle inequality; of any other difference nobody knows.
+    bool is_pseudometric() const { return header.degree > 0; }
+
     /// Whether its bound needs ranges and slopes (docs/numerics.md): a power below one is steep
     /// near zero.
     bool has_slopes() const { return header.degree > 0 && header.degree < 1; }

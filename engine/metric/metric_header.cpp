@@ -89,10 +89,12 @@ class Parser {
             read_degree(value);
         } else if (key == "parameter") {
             read_parameter(value);
+        } else if (key == "fitted") {
+            read_fitted(value);
         } else {
             refuse(
                 fmt::format("\"{}:\" is no key of a metric; the keys are title, formula, source, "
-                            "note, degree and parameter",
+                            "note, degree, parameter and fitted",
                             key));
         }
     }
@@ -157,6 +159,28 @@ class Parser {
             refuse(fmt::format("more than {} parameters", kMostParameters));
         }
         header_.parameters.push_back(std::move(p));
+    }
+
+    void read_fitted(std::string_view value) {
+        constexpr std::size_t digits = 64;
+        const auto end = std::min(value.find_first_of(" \t"), value.size());
+        const auto hash = value.substr(0, end);
+        const auto citation = trimmed(value.substr(end));
+        if (hash.size() != digits ||
+            hash.find_first_not_of("0123456789abcdef") != std::string_view::npos ||
+            citation.empty()) {
+            refuse(
+                fmt::format("what the metric was fitted to is \"{}\": expected the SHA-256 of a "
+                            "file of judgements, {} lower-case hexadecimal digits as sha256sum "
+                            "prints them, then a citation",
+                            value, digits));
+        }
+        if (std::any_of(header_.fitted.begin(), header_.fitted.end(),
+                        [&](const FittedTo& other) { return other.sha256 == hash; })) {
+            refuse(fmt::format("a second \"fitted:\" with the SHA-256 {}", hash));
+        }
+        last_ = &header_.fitted.emplace_back(FittedTo{std::string(hash), std::string(citation)})
+                     .citation;
     }
 
     const std::string& file_;

@@ -17,6 +17,14 @@ struct MetricParameter {
     bool operator==(const MetricParameter&) const = default;
 };
 
+/// What the numbers of a metric were fitted to.
+struct FittedTo {
+    std::string sha256;    // of the file of judgements, 64 lower-case hexadecimal digits
+    std::string citation;  // of the data
+
+    bool operator==(const FittedTo&) const = default;
+};
+
 /// What the comment lines at the top of a metric file say (docs/metrics.md).
 struct MetricHeader {
     std::string title;
@@ -28,6 +36,7 @@ struct MetricHeader {
     double degree = 0;
     std::string degree_text;  // "2/3"
     std::vector<MetricParameter> parameters;
+    std::vector<FittedTo> fitted;
 };
 
 /// Reads the header of a metric file. `file` is what messages call it. Throws Error (input) that

@@ -90,7 +90,7 @@ class ScanOptions(Case):
         self.assert_usage(["--metrics", "rmse", "twice"], "--metrics", "rmse,rmse")
         for gap in "rmse,", ",rmse", "rmse,,cwcbrt", "":
             self.assert_usage(["--metrics", "empty"], "--metrics", gap)
-        known = "ngan, nielsen-log, paw-ciede2000, pawcielab, rmse, sun-log2"
+        known = "nbrdf-loss, ngan, nielsen-log, paw-ciede2000, pawcielab, rmse, sun-log2"
         self.assert_usage(["rmsee", known], "--metrics", "rmsee,rmse")
         self.assert_usage(["RMSE"], "--metrics", "cwcbrt,RMSE")
 

@@ -1,5 +1,7 @@
 """merl-scan compare: every two metrics of a database or a table."""
 
+import fractions
+import itertools
 import math
 import random
 import signal
@@ -7,9 +9,11 @@ import signal
 import reference
 import support
 from support import INPUT, OUTPUT, USAGE, Case, Running, read_csv, read_json, samples, tree, write_database
-from tables import write_table
+from tables import write_rows, write_table
 
-FILES = ["compare.csv", "compare.html", "distances.csv", "summary.json"]
+FILES = ["compare.csv", "compare.html", "distances.csv", "summary.json", "triangle.csv"]
+TRIANGLE = ["metric", "triples", "violations", "a", "b", "c", "distance_ab", "distance_bc", "distance_ac",
+            "ratio", "excess"]
 
 
 def tau_b(first, second):
@@ -91,6 +95,89 @@ class Compare(Case):
         for metric in summary["metrics"]:
             for key in "title", "formula", "source":
                 self.assertTrue(metric[key])
+            self.assertEqual(metric["fitted"], [])
+        # The others have a degree, which proves it.
+        self.assertEqual(self.triangles(results), ["paw-ciede2000"])
+
+    def triangles(self, results):
+        """Holds triangle.csv and summary.json to distances.csv; returns the metrics in them."""
+        header, pairs = read_csv(results / "distances.csv")
+        names = sorted({row[0] for row in pairs} | {row[1] for row in pairs}, key=str.encode)
+        columns, rows = read_csv(results / "triangle.csv")
+        self.assertEqual(columns, TRIANGLE)
+        entries = read_json(results / "summary.json")["triangle_inequality"]
+        self.assertEqual([e["metric"] for e in entries], [row[0] for row in rows])
+        for row, entry in zip(rows, entries):
+            place = header.index(row[0])
+            distance = {frozenset(pair[:2]): float(pair[place]) for pair in pairs}
+            found = []
+            for a, c in itertools.combinations(names, 2):
+                for b in names:
+                    if b not in (a, c):
+                        numbers = [distance[frozenset(p)] for p in ((a, b), (b, c), (a, c))]
+                        # As fractions, which round nothing.
+                        one, other, whole = map(fractions.Fraction, numbers)
+                        found.append(((whole - one - other) / (one + other), [a, b, c], numbers))
+            worst = max(found, key=lambda f: f[0])  # the first of equal ones
+            self.assertEqual(row[1:6], [str(len(found)), str(sum(f[0] > 0 for f in found)), *worst[1]])
+            self.assertEqual([float(field) for field in row[6:9]], worst[2])
+            self.assertLess(abs(float(row[9]) / (1 + worst[0]) - 1), 1e-15)
+            self.assertLess(abs(float(row[10]) - worst[0]), 1e-15)
+            self.assertEqual((entry["triples"], entry["violations"]), tuple(map(int, row[1:3])))
+            self.assertEqual([entry["worst"][key] for key in ("a", "b", "c")], row[3:6])
+            self.assertEqual([entry["worst"][key] for key in TRIANGLE[6:]], list(map(float, row[6:])))
+        return [row[0] for row in rows]
+
+    def test_the_worst_triple_of_a_metric_of_squares(self):
+        """A user's metric whose distances are the squares of those of the RMSE."""
+        (self.work / "squares.glsl").write_text(
+            "vec3 transform(vec3 f, Voxel v) { return f; }\n"
+            "float weight(Voxel v) { return 1.0; }\n"
+            "float difference(vec3 a, vec3 b) { float d = a.x - b.x; return d * d * d * d; }\n")
+        # Grey materials, so that the distance depends on their place on a line: 1, 5, 6 and 10.
+        write_database(self.work / "db", {name: [place * 1e3] * (3 * 240) for name, place in
+                                          {"one": 1, "five": 5, "six": 6, "ten": 10}.items()})
+        results = self.compare("--database", "db", "--metrics", "rmse,squares.glsl")
+        self.assertEqual(self.triangles(results), ["squares.glsl"])
+        row = dict(zip(TRIANGLE, read_csv(results / "triangle.csv")[1][0]))
+        # 81 against 16 + 25; five and six are as near to the middle of one and ten.
+        self.assertEqual((row["violations"], row["a"], row["b"], row["c"]), ("4", "one", "five", "ten"))
+        self.assertAlmostEqual(float(row["ratio"]), 81 / 41, 5)
+        self.assertRegex(self.output, r"(?m)^squares\.glsl  fails in 4 of 12 triples, most by a factor of "
+                                      r"1\.976: one \| ten \S+ > \S+ \+ \S+ through five$")
+
+    def test_the_triangle_inequality_of_a_table(self):
+        names = ["a", "b,1", "ç", "=d", "e"]
+        place = dict(zip(names, (3, 0, 7, 20, 21)))
+        rows = [[a, b, (place[a] - place[b]) ** 2, abs(place[a] - place[b]), 0]
+                for a, b in itertools.combinations(names, 2)]
+        write_rows(self.work / "t.csv", ["material_a", "material_b", "rmse", "line", "zero"], rows)
+        self.output = self.run_program("compare", "--distances", "t.csv", "--out", "out").stdout
+        results = self.work / "out"
+        header, found = read_csv(results / "triangle.csv")
+        # Of a table nothing is known, whatever its columns are called.
+        self.assertEqual([row[:3] for row in found],
+                         [["rmse", "30", "10"], ["line", "30", "0"], ["zero", "30", "0"]])
+        # 7 is nearest to the middle of 0, 7 and 20 (1.84), of 0, 7 and 21 (1.8), and 3 of 0, 3, 7 (1.96).
+        self.assertEqual(found[0][3:], ["b,1", "a", "ç", "9", "16", "49", "1.96", "0.96"])
+        self.assertEqual(found[1][3:], ["=d", "ç", "a", "13", "4", "17", "1", "0"])
+        self.assertEqual(found[2][3:], [""] * 8)
+        entries = read_json(results / "summary.json")["triangle_inequality"]
+        self.assertEqual(entries[0]["worst"]["ratio"], 1.96)
+        self.assertIsNone(entries[2]["worst"])
+        for line in (r"rmse  fails in 10 of 30 triples, most by a factor of 1\.96: b,1 \| ç 49 > 9 \+ 16 through a",
+                     r"line  holds in all of 30 triples, at most 1 of what it allows: .*",
+                     r"zero  holds in all of 30 triples"):
+            self.assertRegex(self.output, f"(?m)^{line}$")
+
+    def test_a_distance_beside_two_zeros(self):
+        write_rows(self.work / "t.csv", ["material_a", "material_b", "x", "y"],
+                   [["a", "b", 0, 1], ["a", "c", 3, 1], ["b", "c", 0, 1]])
+        results = self.compare("--distances", "t.csv")
+        self.assertEqual(read_csv(results / "triangle.csv")[1][0],
+                         ["x", "3", "1", "a", "b", "c", "0", "0", "3", "inf", "inf"])
+        entry = read_json(results / "summary.json")["triangle_inequality"][0]
+        self.assertEqual((entry["worst"]["ratio"], entry["worst"]["excess"]), ("inf", "inf"))
 
     def test_chosen_metrics_in_their_order(self):
         write_database(self.work / "db", 5)
@@ -144,7 +231,7 @@ class Compare(Case):
         write_database(self.work / "db", 6)
         results = [self.compare("--database", "db", "--threads", str(n), out=f"out{n}")
                    for n in (1, 3)]
-        for name in "distances.csv", "compare.csv":
+        for name in "distances.csv", "compare.csv", "triangle.csv":
             self.assertEqual(*((r / name).read_bytes() for r in results))
 
     def test_refused(self):

@@ -1,6 +1,7 @@
 """merl-scan score: judgements of every format against a plain program."""
 
 import csv
+import hashlib
 import itertools
 import json
 import math
@@ -273,6 +274,15 @@ class Score(Case):
         self.assertIn("; not clear of 0", self.output)
         self.assertNotIn(" p ", self.output)
 
+    def test_the_hash_of_the_file(self):
+        write_rows(self.work / "votes.csv", REFERENCE, self.reference_rows())
+        summary = read_json(self.score() / "summary.json")
+        self.assertEqual(summary["judgements"]["sha256"],
+                         hashlib.sha256((self.work / "votes.csv").read_bytes()).hexdigest())
+        # Of metrics from a table nothing is known but the name.
+        self.assertEqual([m["fitted_to_judgements"] for m in summary["metrics"]], [False] * 3)
+        self.assertNotIn("fitted", summary["metrics"][0])
+
     def test_a_metric_that_is_always_right(self):
         near, far = sorted(self.distance, key=lambda pair: self.distance[pair][0])[:2]
         write_rows(self.work / "votes.csv", CONFIGURATION, [[*near, *far, 5, 0, 0]])
@@ -327,6 +337,42 @@ class Score(Case):
 
 class Database(Case):
     """Distances of a database, on the device."""
+
+    def test_a_metric_that_was_fitted_to_the_judgements(self):
+        write_database(self.work / "db", {name: support.samples(i) for i, name in enumerate("abcd")})
+        # With a byte order mark, which is part of the file.
+        (self.work / "votes.csv").write_bytes(b"\xef\xbb\xbfreference,a,b,votes_a,votes_b\r\na,b,c,3,1\r\n")
+        (self.work / "other.csv").write_bytes(b"reference,a,b,votes_a,votes_b\r\na,b,c,3,1\r\n")
+        this = hashlib.sha256((self.work / "votes.csv").read_bytes()).hexdigest()
+        text = ("// fitted: " + "0" * 64 + " Nobody 2001\n"
+                f"// fitted: {this} Somebody\x1b[31m 2019,\n//   the training part\n"
+                "// degree: 2\n// parameter: k = 1 in [0, 9] a factor\n"
+                "vec3 transform(vec3 f, Voxel v) { return k * f; }\nfloat weight(Voxel v) { return 1.0; }\n"
+                "float difference(float d) { return d * d; }\n")
+        (self.work / "mine.glsl").write_text(text)
+        score = ("score", "--database", "db", "--metrics", "rmse,mine.glsl:k=2", "--force", "--out", "out",
+                 "--judgements")
+        result = self.run_program(*score, "votes.csv")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        line = self.only_line(result.stderr)
+        for words in ("merl-scan: warning: mine.glsl:k=2 was fitted to votes.csv",
+                      "(Somebody\\x1b[31m 2019, the training part)", "not how well it predicts"):
+            self.assertIn(words, line)
+        summary = read_json(self.work / "out" / "summary.json")
+        self.assertEqual(summary["judgements"]["sha256"], this)
+        self.assertEqual([m["fitted_to_judgements"] for m in summary["metrics"]], [False, True])
+        self.assertEqual(summary["metrics"][1]["fitted"],
+                         [{"sha256": "0" * 64, "citation": "Nobody 2001"},
+                          {"sha256": this, "citation": "Somebody\x1b[31m 2019, the training part"}])
+        (warning,) = summary["warnings"]
+        self.assertIn("mine.glsl:k=2 was fitted to votes.csv", warning)
+        # The same rows in another file are not known again.
+        self.assert_success(*score, "other.csv")
+        summary = read_json(self.work / "out" / "summary.json")
+        self.assertEqual([m["fitted_to_judgements"] for m in summary["metrics"]], [False, False])
+        self.assertEqual(summary["warnings"], [])
+        (self.work / "mine.glsl").write_text(text.replace("0" * 64, "0" * 63))
+        self.assert_refused(INPUT, ["mine.glsl:1: ", "SHA-256", "sha256sum"], *score, "votes.csv")
 
     def test_indices_are_those_of_the_100_materials(self):
         # 17 and 18 are chrome-steel and chrome, in the order of the files' names; 0 is alum-bronze.

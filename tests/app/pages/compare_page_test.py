@@ -164,6 +164,16 @@ class Page(Case):
                 self.assertEqual(outside, 0)
             self.assertEqual(self.browser.run("document.querySelectorAll('#plot .name').length"), 2)
 
+    def test_the_worst_triple(self):
+        (self.work / "t.csv").write_text("material_a,material_b,x,<i>y</i>\na,b,1,1\na,<b>c</b>,9,1\n"
+                                         "b,<b>c</b>,4,1\n")
+        self.show("--distances", "t.csv")
+        cards = self.browser.run("[...document.querySelectorAll('#metrics article')].map(a => a.textContent)")
+        self.assertIn("Triangle inequality: fails in 1 of 3 triples, most by a factor of 1.8: "
+                      "<b>c</b> | a 9 > 4 + 1 through b", cards[0])
+        self.assertIn("Triangle inequality: holds in all of 3 triples", cards[1])
+        self.assert_calm()
+
     def test_many_pairs_are_drawn_by_lot(self):
         self.make_table(["x", "y"], [f"m{i:03}" for i in range(150)])
         self.show("--distances", "t.csv")
@@ -217,6 +227,7 @@ class Page(Case):
         for words in "Root mean square error", "Ryman 2018, equation 2.11", "theta_i", "Fores":
             self.assertIn(words, cards)
         self.assertIn("MERL directory", self.browser.text("#facts"))
+        self.assertIn("Triangle inequality: holds, by proof.", cards)
         self.assert_calm()
 
 

@@ -32,6 +32,22 @@ TEST(MetricHeader, HasWhatTheCommentsSay) {
         {"white", 100, 1, 1000, "reflectance that is white, 1/sr"},
         {"epsilon_2", 1e-3, 0, 1, "added: before the logarithm"}};
     EXPECT_EQ(header.parameters, expected);
+    EXPECT_TRUE(header.fitted.empty());
+}
+
+constexpr const char* kHash = "0123456789abcdef0123456789abcdef0123456789abcdef0123456789abcdef";
+
+TEST(MetricHeader, SaysWhatTheMetricWasFittedTo) {
+    const std::string other(64, 'a');
+    const auto header = parse_metric_header("// fitted: " + std::string(kHash) +
+                                                "\tSomebody 2019,\n"
+                                                "//   the training part\n"
+                                                "// fitted: " +
+                                                other + "  more\n",
+                                            "my.glsl");
+    const std::vector<FittedTo> expected = {{kHash, "Somebody 2019, the training part"},
+                                            {other, "more"}};
+    EXPECT_EQ(header.fitted, expected);
 }
 
 TEST(MetricHeader, MayBeEmpty) {
@@ -68,6 +84,16 @@ TEST(MetricHeader, WrongLinesAreNamed) {
     expect_refused("// parameter: x = 1 in [2, 0] d", "expected a number in [2, 0]");
     expect_refused("// parameter: x = 1 in [0, 2] d\n// parameter: x = 1 in [0, 2] d",
                    "my.glsl:2: a second parameter x");
+    const std::string hash = kHash;
+    const std::string words = " Somebody 2019";
+    for (const auto& fitted :
+         {std::string(), hash, hash + " ", hash.substr(1) + words, hash + "0" + words,
+          std::string(64, 'g') + words, std::string(64, 'A') + words, words + hash}) {
+        expect_refused("// title: x\n// fitted: " + fitted,
+                       "my.glsl:2: what the metric was fitted");
+    }
+    expect_refused("// fitted: " + hash + " x\n// fitted: " + hash + " y",
+                   "my.glsl:2: a second \"fitted:\"");
 }
 
 }  // namespace

@@ -30,8 +30,8 @@ TEST(Metric, TheLibrary) {
     }
     EXPECT_EQ(
         names,
-        "bieron-l2 bieron-log cosine-rmse cube-root cwcbrt low-log ngan nielsen-log paw-ciede2000 "
-        "pawcielab rmse sun-log2 ");
+        "bieron-l2 bieron-log cosine-rmse cube-root cwcbrt low-log nbrdf-loss ngan nielsen-log "
+        "paw-ciede2000 pawcielab rmse sun-log2 ");
 }
 
 TEST(Metric, TheDegreeDecidesOnBounds) {
@@ -49,8 +49,8 @@ TEST(Metric, AnUnknownOneIsRefusedWithTheNamesThereAre) {
         EXPECT_STREQ(
             error.what(),
             "there is no metric \"cielab\"; the metrics are: bieron-l2, bieron-log, cosine-rmse, "
-            "cube-root, cwcbrt, low-log, ngan, nielsen-log, paw-ciede2000, pawcielab, rmse, "
-            "sun-log2; a file of your own ends in .glsl");
+            "cube-root, cwcbrt, low-log, nbrdf-loss, ngan, nielsen-log, paw-ciede2000, pawcielab, "
+            "rmse, sun-log2; a file of your own ends in .glsl");
     }
 }
 
@@ -267,6 +267,7 @@ TEST(Metric, TheLibraryIsThatOfItsFormulas) {
         {"low-log", 0.7635697314506094},     {"bieron-l2", 0.70875},
         {"bieron-log", 0.38170850111493476}, {"sun-log2", 3.959128814194094},
         {"nielsen-log", 1.9021753712699476}, {"sun-log2:epsilon=0.5", 0.3656605404970981},
+        {"nbrdf-loss", 0.11008056229019232},
     };
     for (const auto& [name, expected] : rows) {
         const auto metric = open_metric(name);
@@ -276,6 +277,44 @@ TEST(Metric, TheLibraryIsThatOfItsFormulas) {
     }
     EXPECT_EQ(weight(open_metric("ngan:largest_angle=60"), v), 0);
     EXPECT_EQ(weight(find_metric("ngan"), v), 5 / 3.14159265358979324);  // no digit is lost
+}
+
+/// The floor of Nielsen's cosine factor is a parameter of its own: 0.001 as it always was, 0.01 as
+/// the authors have it, whatever epsilon is. Expected values computed in Python.
+TEST(Metric, NielsensClipping) {
+    struct Row {
+        const char* name;
+        double at_two_thousandths;  // cos theta_i cos theta_o
+        double at_two_ten_thousandths;
+    };
+    const Row rows[] = {
+        {"nielsen-log", 0.8395887053184748, 0.4804530139182014},
+        {"nielsen-log:clip=0.01", 1.5694150552333266, 1.5694150552333266},
+        {"nielsen-log:clip=0", 0.8395887053184748, 0.058159137648151935},
+        {"nielsen-log:epsilon=0.5", 3.564289384673932e-05, 8.955181555115102e-06},
+        {"nielsen-log:epsilon=0.5:clip=0.01", 0.0008567552799947823, 0.0008567552799947823},
+    };
+    const auto distance = [](const Metric& metric, const Voxel& v) {
+        const Rgb a = transformed(metric, {2, 0, 0}, v);
+        const Rgb b = transformed(metric, {0.5, 0, 0}, v);
+        return weight(metric, v) * sum_of(metric, a, b);
+    };
+    for (const auto& row : rows) {
+        const auto metric = open_metric(row.name);
+        EXPECT_NEAR(
+            distance(metric, {.cos_theta_i = 0.04, .cos_theta_o = 0.05}) / row.at_two_thousandths,
+            1, 1e-12)
+            << row.name;
+        EXPECT_NEAR(distance(metric, {.cos_theta_i = 0.01, .cos_theta_o = 0.02}) /
+                        row.at_two_ten_thousandths,
+                    1, 1e-12)
+            << row.name;
+    }
+    // The same numbers as of sun-log2, whose floor is a constant.
+    const Voxel low = {.cos_theta_i = 0.01, .cos_theta_o = 0.02};
+    const double natural = transformed(find_metric("nielsen-log"), {2, 0, 0}, low)[0];
+    EXPECT_EQ(natural * 1.44269504088896341,
+              transformed(find_metric("sun-log2"), {2, 0, 0}, low)[0]);
 }
 
 /// Ngan's weights are shares of the solid angle, whatever is left out of it: they have mean 1. So
