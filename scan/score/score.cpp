@@ -201,8 +201,9 @@ Figures figures_of(const Judgements& judgements, double slope, const Prefers& pr
 }
 
 /// The slope moves by a judgement's gradient over the curvature of all; the likelihood at its
-/// maximum does not move with the slope, to first order.
-Figures figures_of(const Judgements& judgements, const ScoredMetric& metric) {
+/// maximum does not move with the slope, to first order. Calls `fitted` halfway.
+Figures figures_of(const Judgements& judgements, const ScoredMetric& metric,
+                   const std::function<void()>& fitted) {
     const double floor = smallest_positive(metric.distances);
     std::vector<Choice> choices;
     choices.reserve(judgements.list.size());
@@ -210,6 +211,7 @@ Figures figures_of(const Judgements& judgements, const ScoredMetric& metric) {
         choices.push_back(choice_of(judgement, metric.distances, floor));
     }
     const double slope = fit_choice_model(choices).slope;
+    fitted();
     const bool moves = std::isfinite(slope);
     double curvature = 0;
     for (const auto& choice : choices) {
@@ -348,13 +350,17 @@ Score score(const Judgements& judgements, std::span<const ScoredMetric> metrics,
     result.ceiling_log_likelihood = estimate(best.log_likelihood, result.clusters, -infinity, 0);
 
     std::vector<Figures> figures;
+    const auto done = [&](double metrics_done) {
+        if (progress) {
+            progress(metrics_done / static_cast<double>(metrics.size()));
+        }
+    };
     for (const auto& metric : metrics) {
-        figures.push_back(figures_of(judgements, metric));
+        const auto before = static_cast<double>(figures.size());
+        figures.push_back(figures_of(judgements, metric, [&] { done(before + 0.5); }));
         result.metrics.push_back(
             metric_score(judgements, metric, figures.back(), result.clusters, untied));
-        if (progress) {
-            progress(static_cast<double>(figures.size()) / static_cast<double>(metrics.size()));
-        }
+        done(before + 1);
     }
     result.pairs = pair_scores(judgements, metrics, figures, untied);
     return result;

@@ -21,7 +21,7 @@ namespace {
 Judgements made_up(std::uint32_t materials) {
     JudgementFile file{"votes", "reference CSV", {}, {}};
     for (std::uint32_t m = 0; m < materials; ++m) {
-        file.names.push_back(std::string(1, static_cast<char>('a' + m)));
+        file.names.emplace_back(1, static_cast<char>('a' + m));
     }
     std::uint64_t k = 0;
     for (std::uint32_t reference = 0; reference < materials; ++reference) {
@@ -51,6 +51,7 @@ std::vector<std::vector<double>> made_up_distances(std::uint32_t materials) {
 
 Score score_of(const Judgements& judgements, const std::vector<std::vector<double>>& distances) {
     std::vector<ScoredMetric> metrics;
+    metrics.reserve(distances.size());
     for (const auto& column : distances) {
         metrics.push_back({"metric", column});
     }
@@ -262,7 +263,7 @@ TEST(Score, MajoritiesHaveClustersOfTheirOwn) {
 TEST(Score, ConfigurationsWithoutAReference) {
     JudgementFile file{"votes", "configuration CSV", {}, {}};
     for (std::uint32_t m = 0; m < 12; ++m) {
-        file.names.push_back(std::string(1, static_cast<char>('a' + m)));
+        file.names.emplace_back(1, static_cast<char>('a' + m));
     }
     for (std::uint32_t m = 0; m < 6; ++m) {
         file.rows.push_back({m, m + 1, m + 3, m + 6, m % 4, 1, 2 * m % 3});

@@ -3,11 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <boost/math/distributions/students_t.hpp>
 #include <boost/random/mersenne_twister.hpp>
 #include <boost/random/normal_distribution.hpp>
 #include <boost/random/uniform_01.hpp>
 #include <boost/random/uniform_int_distribution.hpp>
 #include <cmath>
+#include <map>
 #include <set>
 #include <utility>
 #include <vector>
@@ -127,29 +129,69 @@ JudgementFile judge(const SimulatedStudy& study, const World& world, Random& ran
     return file;
 }
 
-/// The interval of the first metric's majorities when references are the clusters.
-Estimate by_reference(const Judgements& judgements, const std::vector<double>& distances) {
-    std::vector<double> right;
+/// Influences on the share of majorities that the first metric predicts, by judgement.
+std::vector<double> influences_of(const Judgements& judgements, double share,
+                                  const std::vector<double>& distances) {
+    const auto untied = std::ranges::count_if(judgements.list, &Judgement::untied);
+    std::vector<double> influences;
     for (const auto& judgement : judgements.list) {
         const bool left = distances[judgement.left] < distances[judgement.right];
-        right.push_back(left == (judgement.votes_left > judgement.votes_right) ? 1 : 0);
+        const bool right = left == (judgement.votes_left > judgement.votes_right);
+        influences.push_back(
+            judgement.untied() ? ((right ? 1 : 0) - share) / static_cast<double>(untied) : 0);
     }
-    double untied = 0;
-    ClusteredFigure figure{0, std::vector<double>(judgements.materials)};
-    for (std::size_t k = 0; k < right.size(); ++k) {
-        untied += judgements.list[k].untied() ? 1 : 0;
-        figure.value += judgements.list[k].untied() ? right[k] : 0;
-    }
-    figure.value /= untied;
+    return influences;
+}
+
+/// With references as the only clusters.
+Interval by_reference(const Judgements& judgements, double share,
+                      const std::vector<double>& influences) {
+    ClusteredFigure figure{share, std::vector<double>(judgements.materials)};
     std::set<std::uint32_t> references;
-    for (std::size_t k = 0; k < right.size(); ++k) {
-        if (judgements.list[k].untied()) {
-            const auto reference = materials_of(judgements.list[k], judgements.materials).list[0];
-            references.insert(reference);
-            figure.influences[reference] += (right[k] - figure.value) / untied;
+    for (std::size_t k = 0; k < influences.size(); ++k) {
+        const auto reference = materials_of(judgements.list[k], judgements.materials).list[0];
+        references.insert(reference);
+        figure.influences[reference] += influences[k];
+    }
+    return estimated(figure, static_cast<double>(references.size())).interval;
+}
+
+/// With the variance that counts each pair of judgements that share a material once: sums by one
+/// material, less those by two, plus those by three, less those by four (Cameron, Gelbach and
+/// Miller 2011). Not a number where that is negative.
+Interval pairs_once(const Judgements& judgements, double share,
+                    const std::vector<double>& influences) {
+    struct Sum {
+        double sum = 0;
+        double sign = 1;
+    };
+    std::map<std::uint64_t, Sum> sums;  // by set of materials
+    for (std::size_t k = 0; k < influences.size(); ++k) {
+        const auto materials = materials_of(judgements.list[k], judgements.materials);
+        const auto all = materials.all();
+        std::vector<std::uint64_t> sorted(all.begin(), all.end());
+        std::ranges::sort(sorted);
+        for (unsigned subset = 1; subset < 1U << sorted.size(); ++subset) {
+            std::uint64_t key = 0;
+            double sign = -1;
+            for (std::size_t i = 0; i < sorted.size(); ++i) {
+                if ((subset >> i & 1U) != 0) {
+                    key = key << 16U | (sorted[i] + 1);
+                    sign = -sign;
+                }
+            }
+            sums[key].sum += influences[k];
+            sums[key].sign = sign;
         }
     }
-    return estimated(figure, static_cast<double>(references.size()));
+    double variance = 0;
+    for (const auto& [key, sum] : sums) {
+        variance += sum.sign * sum.sum * sum.sum;
+    }
+    const double count = judgements.materials;
+    const boost::math::students_t_distribution<double> t(count - 1);
+    const double half = boost::math::quantile(t, 0.975) * std::sqrt(count / (count - 1) * variance);
+    return {share - half, share + half};
 }
 
 bool covers(const Interval& interval, double value) {
@@ -161,7 +203,9 @@ bool covers(const Interval& interval, double value) {
 SimulatedCoverage simulated_coverage(const SimulatedStudy& study, const SimulatedEffects& effects,
                                      std::uint32_t studies) {
     std::array<std::vector<Estimate>, kSimulatedFigures.size()> estimates;
-    std::vector<Estimate> of_references;
+    std::vector<Interval> of_references;
+    std::vector<Interval> of_pairs;
+    double surprising = 0;
     std::vector<Choice> pooled;
     for (std::uint32_t i = 0; i < studies; ++i) {
         Random random(i);
@@ -184,7 +228,11 @@ SimulatedCoverage simulated_coverage(const SimulatedStudy& study, const Simulate
         for (std::size_t f = 0; f < figures.size(); ++f) {
             estimates[f].push_back(figures[f]);
         }
-        of_references.push_back(by_reference(judgements, world.distances[0]));
+        const double share = metric.majorities.value;
+        const auto influences = influences_of(judgements, share, world.distances[0]);
+        of_references.push_back(by_reference(judgements, share, influences));
+        of_pairs.push_back(pairs_once(judgements, share, influences));
+        surprising += scored.pairs[0].p_holm < 0.001 ? 1.0 / studies : 0;
         for (const auto& judgement : judgements.list) {
             if (pooled.size() < kPooled) {
                 const double x =
@@ -219,9 +267,11 @@ SimulatedCoverage simulated_coverage(const SimulatedStudy& study, const Simulate
         }
         result.figures[f] = {covered / studies, width / (2 * 1.959964 * std::sqrt(variance))};
     }
-    for (const auto& estimate : of_references) {
-        result.by_reference += covers(estimate.interval, expected[0]) ? 1.0 / studies : 0;
+    for (std::uint32_t i = 0; i < studies; ++i) {
+        result.by_reference += covers(of_references[i], expected[0]) ? 1.0 / studies : 0;
+        result.pairs_once += covers(of_pairs[i], expected[0]) ? 1.0 / studies : 0;
     }
+    result.surprising = surprising;
     return result;
 }
 

@@ -35,6 +35,8 @@ struct SimulatedCoverage {
     };
     std::array<Figure, kSimulatedFigures.size()> figures;
     double by_reference;  ///< coverage for the majorities with references as the only clusters
+    double pairs_once;    ///< the same, counting pairs of judgements that share a material once
+    double surprising;    ///< share of p-values of the difference, which is 0, below 0.001
 };
 
 /// The same for the same arguments on every machine; study i has seed i.
