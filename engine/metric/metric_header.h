@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -17,6 +18,14 @@ struct MetricParameter {
     bool operator==(const MetricParameter&) const = default;
 };
 
+/// A part of the domain of which a summary metric takes means.
+struct MetricWindow {
+    std::string name;
+    std::string description;
+
+    bool operator==(const MetricWindow&) const = default;
+};
+
 /// What the comment lines at the top of a metric file say (docs/metrics.md).
 struct MetricHeader {
     std::string title;
@@ -28,6 +37,10 @@ struct MetricHeader {
     double degree = 0;
     std::string degree_text;  // "2/3"
     std::vector<MetricParameter> parameters;
+    /// Of a summary metric, and empty otherwise: its windows, and how many numbers it makes of
+    /// their means.
+    std::vector<MetricWindow> windows;
+    std::uint32_t features = 0;
 };
 
 /// Reads the header of a metric file. `file` is what messages call it. Throws Error (input) that
