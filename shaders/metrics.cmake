@@ -46,10 +46,11 @@ function(add_metrics target folder list)
     get_filename_component(METRIC_NAME ${file} NAME_WE)
     string(MAKE_C_IDENTIFIER ${METRIC_NAME} METRIC_ID)
     set(twin ${CMAKE_CURRENT_BINARY_DIR}/metrics/${METRIC_ID}.cpp)
-    set(template ${PROJECT_SOURCE_DIR}/engine/metric/twin.cpp.in)
+    set(templates ${PROJECT_SOURCE_DIR}/engine/metric/twin.cpp.in
+        ${PROJECT_SOURCE_DIR}/engine/metric/summary_twin.cpp.in)
     add_custom_command(OUTPUT ${twin}
-      COMMAND make_twin ${template} ${file} ${folder}/${METRIC_NAME}.glsl ${twin}
-      DEPENDS make_twin ${template} ${file} VERBATIM)
+      COMMAND make_twin ${templates} ${file} ${folder}/${METRIC_NAME}.glsl ${twin}
+      DEPENDS make_twin ${templates} ${file} VERBATIM)
     target_sources(${target} PRIVATE ${twin})
     # Whatever a metric calls has to be inlined before its loop over voxels becomes vectors, and a
     # condition may only become a choice where nobody asks which operations raised a flag. In a twin

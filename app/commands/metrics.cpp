@@ -13,9 +13,15 @@
 namespace merl::app {
 namespace {
 
-/// What the degree says of the distance.
+/// What the header says of the distance.
 std::string kind_of(const engine::Metric& metric) {
-    if (!metric.has_bound()) {
+    if (metric.is_summary()) {
+        return fmt::format(
+            "summary: {} features of the means over {} windows, Euclidean, float64, error bound "
+            "known",
+            metric.header.features, metric.header.windows.size());
+    }
+    if (!metric.has_degree()) {
         return "no degree: any symmetric difference, error bound unknown";
     }
     return fmt::format(
@@ -34,6 +40,9 @@ int list() {
         field("formula", metric.header.formula);
         field("source", metric.header.source);
         field("difference", kind_of(metric));
+        for (const auto& w : metric.header.windows) {
+            field("window", fmt::format("{}: {}", w.name, w.description));
+        }
         for (const auto& p : metric.header.parameters) {
             field("parameter", fmt::format("{}={} in [{}, {}] {}", p.name, p.value, p.low, p.high,
                                            p.description));

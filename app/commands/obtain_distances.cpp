@@ -80,18 +80,20 @@ void try_metrics(std::span<const engine::Metric* const> metrics, engine::Engines
 ObtainedDistances compute(const DistanceOptions& options, const MetricNeeds& needs,
                           const pipeline::Control& control) {
     ObtainedDistances result;
-    result.opened = pipeline::open_metrics(
-        split_list(options.metrics.value_or(needs.from_database), "--metrics"));
+    const auto texts = split_list(options.metrics.value_or(needs.from_database), "--metrics");
+    result.opened = pipeline::open_metrics(texts);
+    require_metrics(result.opened.size(), needs);
+    result.database = engine::open_database(options.database);  // which has no threads of its own
+    auto left_out = pipeline::leave_out_empty(result.opened, texts, result.database->grid());
     for (const auto& metric : result.opened) {
         result.metrics.push_back(&metric);
     }
-    require_metrics(result.metrics.size(), needs);
-    result.database = engine::open_database(options.database);  // which has no threads of its own
     const auto engines = tried_engines(options.device, result.metrics, control);
     try_metrics(result.metrics, *engines);
     try {
         result.distances = pipeline::compute_pair_distances(
             *engines, *result.database, result.metrics, options.memory, control);
+        result.distances.provenance.left_out = std::move(left_out);
     } catch (const MemoryError& error) {
         throw MemoryError(fmt::format("--memory: {}", error.what()));
     } catch (const device::AllocationError& error) {

@@ -70,6 +70,12 @@ std::string summary_json(const Options& options, const Outcome& o) {
     }
     ordered_json counts = counts_json(o.result.census.counts);
     counts["counted_by"] = counted_by(o.result.census.streamed);
+    ordered_json open = ordered_json::array();
+    for (const auto& one : o.result.open) {
+        open.push_back({{"left", pair_json(d.names, one.left)},
+                        {"right", pair_json(d.names, one.right)},
+                        {"metric", as_utf8(one.metric)}});
+    }
     ordered_json json = program_json();
     json["metrics"] = {as_utf8(d.first_metric), as_utf8(d.second_metric)};
     json.update(source_json(o.distances.provenance));
@@ -87,6 +93,7 @@ std::string summary_json(const Options& options, const Outcome& o) {
         {"counts", counts},
         {"exact", o.result.exact},
         {"undecided_in_float32", o.result.undecided},
+        {"undecided", {{"configurations", o.result.left_open}, {"listed", open}}},
         {"refined_distances",
          {{as_utf8(d.first_metric), o.result.refined.first},
           {as_utf8(d.second_metric), o.result.refined.second}}},
@@ -134,8 +141,9 @@ void print_summary(const Options& options, const Outcome& o) {
     }
     if (!o.result.exact) {
         print_result("undecided", o.result.unbounded.empty()
-                                      ? fmt::format("{}, closer than float32 can tell",
-                                                    counted(o.result.undecided, "configuration"))
+                                      ? fmt::format("{}, closer than {} can tell",
+                                                    counted(o.result.left_open, "configuration"),
+                                                    o.result.open.empty() ? "float32" : "bounds")
                                       : fmt::format("{}: no error bound is known for {}",
                                                     counted(o.result.undecided, "configuration"),
                                                     fmt::join(o.result.unbounded, " and ")));

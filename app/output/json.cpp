@@ -27,14 +27,15 @@ std::string pair_text(const std::vector<std::string>& names, std::uint32_t index
     return fmt::format("{} | {}", names[pair.first], names[pair.second]);
 }
 
+nlohmann::ordered_json pair_json(const std::vector<std::string>& names, std::uint32_t index) {
+    const auto p = pair_of(names, index);
+    return {as_utf8(names[p.first]), as_utf8(names[p.second])};
+}
+
 nlohmann::ordered_json configuration_json(const std::vector<std::string>& names,
                                           const scan::Configuration& configuration) {
-    const auto pair = [&](std::uint32_t index) -> nlohmann::ordered_json {
-        const auto p = pair_of(names, index);
-        return {as_utf8(names[p.first]), as_utf8(names[p.second])};
-    };
-    return {{"left", pair(configuration.left)},
-            {"right", pair(configuration.right)},
+    return {{"left", pair_json(names, configuration.left)},
+            {"right", pair_json(names, configuration.right)},
             {"agreement", configuration.agreement}};
 }
 

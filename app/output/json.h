@@ -23,6 +23,9 @@ std::string counted(std::uint64_t number, std::string_view noun);
 /// A pair as one reads it: "chrome | steel".
 std::string pair_text(const std::vector<std::string>& names, std::uint32_t index);
 
+/// The materials of a pair.
+nlohmann::ordered_json pair_json(const std::vector<std::string>& names, std::uint32_t index);
+
 /// The materials of a configuration and its agreement.
 nlohmann::ordered_json configuration_json(const std::vector<std::string>& names,
                                           const scan::Configuration& configuration);

@@ -89,7 +89,9 @@ ordered_json metrics_json(const pipeline::Provenance& provenance) {
 
 ordered_json source_json(const pipeline::Provenance& provenance) {
     if (provenance.database) {
-        return database_json(*provenance.database);
+        auto json = database_json(*provenance.database);
+        json["metrics_left_out"] = texts_json(provenance.left_out);
+        return json;
     }
     return {{"distances",
              {{"file", as_utf8(provenance.table->file)},
@@ -119,9 +121,13 @@ ordered_json engines_json(const pipeline::Provenance& provenance) {
 Lines source_lines(const pipeline::PairDistances& distances) {
     const auto materials = fmt::format("{}", fmt::group_digits(distances.table.materials()));
     if (const auto& database = distances.provenance.database) {
-        return {{"database", fmt::format("{}, {}", database->name, database->kind)},
-                {"materials", fmt::format("{}, of {} samples each", materials,
-                                          fmt::group_digits(database->grid.voxels()))}};
+        Lines lines = {{"database", fmt::format("{}, {}", database->name, database->kind)},
+                       {"materials", fmt::format("{}, of {} samples each", materials,
+                                                 fmt::group_digits(database->grid.voxels()))}};
+        for (const auto& metric : distances.provenance.left_out) {
+            lines.emplace_back("left out", metric);
+        }
+        return lines;
     }
     return {{"distances", distances.provenance.table->file + ", taken as exact"},
             {"materials", materials}};

@@ -7,6 +7,7 @@
 #include "engine/base/error.h"
 #include "engine/database/abc_database.h"
 #include "engine/distance/distances.h"
+#include "engine/distance/parts/summary.h"
 #include "engine/metric/metric_kernels.h"
 
 namespace merl::pipeline {
@@ -34,6 +35,30 @@ std::vector<engine::Metric> open_metrics(std::span<const std::string> texts) {
     return metrics;
 }
 
+std::vector<std::string> leave_out_empty(std::vector<engine::Metric>& metrics,
+                                         std::span<const std::string> texts,
+                                         const engine::Grid& grid) {
+    std::vector<std::string> left_out;
+    if (std::ranges::find(texts, "all") == texts.end()) {
+        return left_out;
+    }
+    const auto library = engine::metrics();
+    std::erase_if(metrics, [&](const engine::Metric& metric) {
+        // With other parameters it has another name, by which it was asked for.
+        if (!metric.is_summary() ||
+            std::ranges::find(library, metric.name, &engine::Metric::name) == library.end()) {
+            return false;
+        }
+        const auto window = engine::empty_window(metric, grid);
+        if (window) {
+            left_out.push_back(fmt::format("{}: its window \"{}\" has no voxel on the grid {}",
+                                           metric.name, *window, grid.text()));
+        }
+        return window.has_value();
+    });
+    return left_out;
+}
+
 void try_metric(const engine::Metric& metric, const device::ContextOptions& device) {
     engine::compile_kernels(metric);  // what is wrong with the file comes before the device
     const auto database =
@@ -42,7 +67,7 @@ void try_metric(const engine::Metric& metric, const device::ContextOptions& devi
                                   "glossy,0.2,0.2,0.2,9,9,9,50,1,1.5\n");
     const engine::Metric* const one[] = {&metric};
     engine::Engines engines(device);
-    engine::compute_distances(engines, *database, one);
+    engine::compute_distances(engines, *database, one, {.is_trial = true});
 }
 
 }  // namespace merl::pipeline

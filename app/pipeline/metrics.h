@@ -14,6 +14,12 @@ namespace merl::pipeline {
 /// the same name, as columns of tables would.
 std::vector<engine::Metric> open_metrics(std::span<const std::string> texts);
 
+/// Takes summary metrics that are here because of "all" off those that open_metrics() made of the
+/// texts, where a window has no voxel on the grid. Returns why, one line for each.
+std::vector<std::string> leave_out_empty(std::vector<engine::Metric>& metrics,
+                                         std::span<const std::string> texts,
+                                         const engine::Grid& grid);
+
 /// Compiles a user's metric and computes a distance of two materials on a tiny grid with it, on a
 /// device as Engines takes them. A hostile file may hang or crash the compiler or the driver: a
 /// program runs this in a process of its own. Throws Error (input) for a file that cannot be used.

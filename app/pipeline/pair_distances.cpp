@@ -66,7 +66,8 @@ PairDistances compute_pair_distances(engine::Engines& engines, const engine::Dat
     for (std::size_t m = 0; m < metrics.size(); ++m) {
         provenance.metrics.push_back(provenance_of(*metrics[m]));
         result.table.metrics.push_back({metrics[m]->name, std::move(computed.distances[m].values),
-                                        std::move(computed.distances[m].bounds)});
+                                        std::move(computed.distances[m].bounds),
+                                        metrics[m]->is_summary()});
     }
     for (const auto& use : computed.engines) {
         auto& engine = provenance.engines.emplace_back(

@@ -61,6 +61,7 @@ struct Provenance {
     std::optional<DatabaseProvenance> database;  // one of these two
     std::optional<TableProvenance> table;
     std::vector<MetricProvenance> metrics;
+    std::vector<std::string> left_out;      // metrics of "all", and why, one line each
     std::vector<EngineProvenance> engines;  // none for a table
     std::uint64_t slabs = 0;
     engine::DistanceSeconds seconds;

@@ -75,7 +75,7 @@ std::vector<std::uint64_t> refine_judged(scan::DistanceTable& table,
     std::vector<std::uint64_t> refined(metrics.size());
     for (std::size_t m = 0; m < metrics.size(); ++m) {
         const auto& column = table.metrics[m];
-        if (metrics[m]->has_twin()) {
+        if (metrics[m]->has_twin() && !metrics[m]->is_summary()) {
             open[m] = scan::open_pairs(judgements, {column.metric, column.values, column.bounds});
         }
         if (!open[m].empty()) {

@@ -27,7 +27,8 @@ struct Refined {
 
 /// Replaces, in float64, every distance on which a sign of a configuration or the selection rests
 /// and which its bound leaves open, until nothing is left open: then the count of disagreements and
-/// the selection are those of float64 (scan/select/undecided.h). Samples stay within `memory_bytes`
+/// the selection are those of float64 (scan/select/undecided.h). Distances of a summary are float64
+/// already, and stay as they are. Samples stay within `memory_bytes`
 /// (float64_distances.h). `progress` may throw.
 Refined refine(scan::Distances& distances, const engine::Database& database,
                const std::array<const engine::Metric*, 2>& metrics, std::uint32_t select,

@@ -55,7 +55,10 @@ ScanResult scan_distances(scan::DistanceTable table, const engine::Database* dat
     result.undecided = scan::count_undecided(distances);
     const auto both = metrics.first(std::min<std::size_t>(metrics.size(), 2));
     result.exact = !options.fast && (database != nullptr || result.undecided == 0) &&
-                   std::ranges::all_of(both, &engine::Metric::has_twin);
+                   std::ranges::all_of(both, [](const engine::Metric* metric) {
+                       return metric->has_twin() || metric->is_summary();
+                   });
+    result.left_open = result.undecided;
     for (const auto* metric : both) {
         if (!metric->has_bound()) {
             result.unbounded.push_back(metric->name);
@@ -66,7 +69,10 @@ ScanResult scan_distances(scan::DistanceTable table, const engine::Database* dat
         result.refined = refine(distances, *database, {metrics[0], metrics[1]},
                                 std::max(1U, options.select), std::max(1U, options.per_material),
                                 options.memory_bytes, control.stage("refining"));
+        result.left_open = scan::count_undecided(distances);
+        result.exact = result.left_open == 0;
     }
+    result.open = scan::list_undecided(distances, kMostOpen);
     result.seconds.refine = watch.lap();
     result.census = scan::count_disagreements(distances);
     result.seconds.count = watch.lap();

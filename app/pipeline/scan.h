@@ -14,6 +14,7 @@
 #include "scan/pairs/agreement.h"
 #include "scan/pairs/count.h"
 #include "scan/pairs/pairs.h"
+#include "scan/select/undecided.h"
 
 namespace merl::pipeline {
 
@@ -34,12 +35,17 @@ struct ScanSeconds {
     double list = 0;
 };
 
+/// So many configurations that are left open are listed.
+inline constexpr std::size_t kMostOpen = 1000;
+
 struct ScanResult {
     scan::Distances distances;  // refined
     Refined refined;
-    bool exact = false;                  // whether what float32 leaves open was refined
+    bool exact = false;                  // whether nothing is left open
     std::vector<std::string> unbounded;  // the metrics whose float32 distances have no bound
-    std::uint64_t undecided = 0;         // configurations that float32 leaves open, before refining
+    std::uint64_t undecided = 0;         // configurations that bounds leave open, before refining
+    std::uint64_t left_open = 0;         // and after it
+    std::vector<scan::OpenConfiguration> open;  // of these, under a summary, the first kMostOpen
     scan::Census census;
     std::vector<scan::Configuration> selection;
     std::vector<scan::Configuration> disagreements;  // that are listed

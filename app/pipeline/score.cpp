@@ -20,7 +20,7 @@ ScoreResult score_distances(scan::DistanceTable& table, const scan::JudgementFil
     result.refine_seconds = watch.lap();
     std::vector<scan::ScoredMetric> scored;
     for (const auto& column : table.metrics) {
-        scored.push_back({column.metric, column.values, column.bounds});
+        scored.push_back({column.metric, column.values, column.bounds, column.is_final});
     }
     result.score = scan::score(result.judgements, scored, control.stage("scoring"));
     scan::limit_to_own_order(result.score);

@@ -34,20 +34,18 @@ std::array<const Metric*, 2> metrics_with_a_bound() {
 
 /// The first materials of the built-in database: enough for tiles on the diagonal and above it, of
 /// each side that is measured but the largest.
-std::unique_ptr<engine::Database> some_materials() {
+std::unique_ptr<engine::Database> some_materials(const engine::Grid& grid) {
     constexpr std::size_t kMaterials = 24;
     std::vector<std::size_t> chosen(kMaterials);
     std::iota(chosen.begin(), chosen.end(), std::size_t{0});
-    return engine::make_subset(
-        engine::make_abc_database({.theta_h = 12, .theta_d = 12, .phi_d = 24}), chosen);
+    return engine::make_subset(engine::make_abc_database(grid), chosen);
 }
 
-/// Holds distances under every kernel of the library to float64.
-void check(device::Context& context) {
+/// Holds the distances of some materials to float64.
+void check(device::Context& context, const engine::Grid& grid,
+           std::span<const Metric* const> metrics) {
     constexpr double kUnboundedTolerance = 1e-4;  // relative, as in verify
-    const auto database = some_materials();
-    const auto bounded = metrics_with_a_bound();
-    const std::array metrics = {bounded[0], bounded[1], &engine::find_metric("paw-ciede2000")};
+    const auto database = some_materials(grid);
     engine::Engines engines(context);
     const auto found = engine::compute_distances(engines, *database, metrics);
     std::vector<engine::MaterialPair> pairs;
@@ -69,6 +67,17 @@ void check(device::Context& context) {
                     bound));
             }
         }
+    }
+}
+
+/// Every kernel of the library. The windows of a summary need more layers of theta_h.
+void check(device::Context& context) {
+    const auto bounded = metrics_with_a_bound();
+    const std::array sums = {bounded[0], bounded[1], &engine::find_metric("paw-ciede2000")};
+    check(context, {.theta_h = 12, .theta_d = 12, .phi_d = 24}, sums);
+    if (context.limits().floats.float64) {
+        const std::array summary = {&engine::find_metric("gloss-contrast")};
+        check(context, {.theta_h = 24, .theta_d = 12, .phi_d = 24}, summary);
     }
 }
 

@@ -36,7 +36,11 @@ Voxel Domain::combine(const Angle& phi_d, const Angle& theta_d, const Angle& the
             .cos_theta_i = straight - across,
             .cos_theta_o = straight + across,
             .solid_angle = 0,
-            .voxels = 0};
+            .voxels = 0,
+            .theta_h_layer = 0,
+            .theta_h_layers = 0,
+            .theta_d_layer = 0,
+            .theta_d_layers = 0};
 }
 
 Voxel Domain::voxel(std::uint64_t file_index) const {
@@ -47,6 +51,10 @@ Voxel Domain::voxel(std::uint64_t file_index) const {
                           (static_cast<double>(t) + 0.5) / grid_.theta_h);
     voxel.voxels = static_cast<double>(grid_.voxels());
     voxel.solid_angle = 4 * pi * voxel.s_merl / voxel.voxels;
+    voxel.theta_h_layer = static_cast<std::int32_t>(t);
+    voxel.theta_h_layers = static_cast<std::int32_t>(grid_.theta_h);
+    voxel.theta_d_layer = static_cast<std::int32_t>(s);
+    voxel.theta_d_layers = static_cast<std::int32_t>(grid_.theta_d);
     return voxel;
 }
 

@@ -26,7 +26,7 @@ constexpr std::uint64_t kMaxVoxels = 256ULL * 90 * 90 * 180;
 constexpr std::uint64_t kMaxSide = 65536;
 
 /// What a metric may know about a voxel, at its centre. Angles in radians. Kernels read the same
-/// eight numbers in the same order (shaders/framework/geometry.glsl).
+/// numbers in the same order (shaders/framework/geometry.glsl).
 struct Voxel {
     double theta_h = 0;  // half-difference angles (Rusinkiewicz 1998)
     double theta_d = 0;
@@ -38,6 +38,12 @@ struct Voxel {
     /// 4π·s_merl/|K|. Zero at points that are no voxel's centre.
     double solid_angle = 0;
     double voxels = 0;  // |K|, of the whole grid; likewise
+    /// The layer of its grid, from 0, and how many there are; likewise. With these a metric decides
+    /// in whole numbers on which side of a border the centre is (shaders/lib/windows.glsl).
+    std::int32_t theta_h_layer = 0;
+    std::int32_t theta_h_layers = 0;
+    std::int32_t theta_d_layer = 0;
+    std::int32_t theta_d_layers = 0;
 
     bool above_horizon() const { return cos_theta_i > 0 && cos_theta_o > 0; }
 };

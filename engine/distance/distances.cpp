@@ -10,6 +10,7 @@
 #include "engine/base/stopwatch.h"
 #include "engine/distance/parts/slab_plan.h"
 #include "engine/distance/parts/slab_reader.h"
+#include "engine/distance/parts/summary.h"
 
 namespace merl::engine {
 namespace {
@@ -18,6 +19,17 @@ namespace {
 /// theta_d, which is nothing unless the grid is of another shape than any that was measured.
 std::uint64_t list_bytes(const Grid& grid) {
     return 2 * sizeof(VoxelRun) * grid.theta_h * std::uint64_t{grid.theta_d};
+}
+
+/// Throws InputError where a window of a summary metric has no voxel. Of a user's metric its engine
+/// sees that.
+void require_windows(const Metric& metric, const Grid& grid) {
+    if (!metric.is_summary() || !metric.has_twin()) {
+        return;
+    }
+    if (const auto window = empty_window(metric, grid)) {
+        refuse_empty_window(metric, *window, grid);
+    }
 }
 
 /// An engine with its metrics, and its work once that has begun.
@@ -54,6 +66,9 @@ DistanceResult compute_distances(Engines& engines, const Database& database,
     }
     DistanceResult result;
     auto& seconds = result.seconds;
+    for (const auto* metric : metrics) {
+        require_windows(*metric, database.grid());
+    }
     Stopwatch opening;
     auto parts =
         make_parts(engines, metrics, static_cast<std::uint32_t>(materials), result.warnings);
@@ -80,10 +95,12 @@ DistanceResult compute_distances(Engines& engines, const Database& database,
         part.work = part.share.engine->start(part.metrics,
                                              {.materials = static_cast<std::uint32_t>(materials),
                                               .slab_blocks = plan.slab_blocks,
-                                              .grid_voxels = database.grid().voxels()},
+                                              .grid_voxels = database.grid().voxels(),
+                                              .is_trial = options.is_trial},
                                              {database, voxels, seconds, result.warnings, report});
     }
-    SlabReader reader(database, voxels);
+    const bool marks_gaps = std::ranges::any_of(metrics, &Metric::is_summary);
+    SlabReader reader(database, voxels, marks_gaps);
     for (std::uint64_t i = 0; i < plan.slabs; ++i) {
         const std::uint64_t first = i * plan.slab_voxels();
         const Slab slab(domain, voxels, first, std::min(first + plan.slab_voxels(), voxels.size()));
@@ -91,9 +108,10 @@ DistanceResult compute_distances(Engines& engines, const Database& database,
             part.work->begin(slab);
         }
         Stopwatch reading;
-        reader.read(slab, [&](std::size_t material, std::span<const BlockSamples> blocks) {
+        reader.read(slab, [&](std::size_t material, std::span<const BlockSamples> blocks,
+                              std::span<const BlockGaps> gaps) {
             for (auto& part : parts) {
-                part.work->take(material, blocks);
+                part.work->take(material, blocks, gaps);
             }
         });
         seconds.reading += reading.lap();

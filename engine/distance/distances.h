@@ -19,6 +19,9 @@ struct DistanceOptions {
     /// totals. Not on the distances themselves, 16 bytes a pair and metric.
     std::uint64_t memory_bytes = 1ULL << 30U;
     VoxelSet voxels = VoxelSet::above_horizon;
+    /// Whether the database is a made-up one, on which a user's metric is tried: a window of a
+    /// summary may then be empty, and its distances are 0.
+    bool is_trial = false;
     /// Called after every slab with the share that is done, from 0 to 1, and with the same share
     /// again while a device is waited for. An exception thrown by it ends the computation and
     /// leaves through compute_distances().

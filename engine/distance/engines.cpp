@@ -63,6 +63,9 @@ void Engines::choose() {
 
 /// After choose(). A device that was asked for and is not there fails when it is opened.
 bool Engines::is_for_device(const Metric& metric) const {
+    if (metric.is_summary() && metric.has_twin() && chosen_ && !chosen_->limits.floats.float64) {
+        return false;  // there is nothing in it but float64
+    }
     return rule_ == Rule::vulkan || (chosen_ && !(rest_only_ && host_is_fast_for(metric)));
 }
 
@@ -88,7 +91,7 @@ void Engines::refuse_without_float64(const Metric& metric) const {
     const auto other = std::ranges::find_if(
         devices, [](const device::DeviceInfo& d) { return !d.refusal && d.limits.floats.float64; });
     throw Error(Fault::device,
-                fmt::format("{}: the transform of one's own metric is in float64, which {} does "
+                fmt::format("{}: one's own metric computes in float64, which {} does "
                             "not have in shaders: {}",
                             metric.file, chosen_->name,
                             other == devices.end()

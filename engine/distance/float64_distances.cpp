@@ -8,6 +8,7 @@
 #include <cmath>
 #include <functional>
 
+#include "engine/distance/float64_summary.h"
 #include "engine/distance/parts/slab.h"
 
 namespace merl::engine {
@@ -325,6 +326,9 @@ std::vector<std::vector<double>> float64_distances(const Database& database,
 std::vector<double> float64_distances(const Database& database, const Metric& metric,
                                       std::span<const MaterialPair> pairs, VoxelSet set) {
     const Float64Request request = {&metric, {pairs.begin(), pairs.end()}};
+    if (metric.is_summary()) {
+        return float64_summary_distances(database, request, set);
+    }
     return float64_distances(database, {&request, 1}, set).front();
 }
 

@@ -14,7 +14,7 @@ namespace merl::engine {
 
 using MaterialPair = std::pair<std::uint32_t, std::uint32_t>;
 
-/// Some pairs of materials under one metric.
+/// Some pairs of materials under one metric with a twin that is no summary.
 struct Float64Request {
     const Metric* metric;
     std::vector<MaterialPair> pairs;
@@ -39,7 +39,7 @@ std::vector<std::vector<double>> float64_distances(const Database& database,
                                                    const std::function<void(double)>& progress = {},
                                                    std::uint64_t memory_bytes = 1ULL << 30U);
 
-/// The same for a single metric.
+/// The same for a single metric, which may be a summary (float64_summary.h).
 std::vector<double> float64_distances(const Database& database, const Metric& metric,
                                       std::span<const MaterialPair> pairs,
                                       VoxelSet set = VoxelSet::above_horizon);

@@ -1,5 +1,5 @@
 // Part of the build: makes the C++ file of a library metric from its GLSL file.
-//     make_twin TEMPLATE METRIC.glsl INCLUDE_NAME OUTPUT.cpp
+//     make_twin TEMPLATE SUMMARY_TEMPLATE METRIC.glsl INCLUDE_NAME OUTPUT.cpp
 #include <fmt/format.h>
 
 #include <cctype>
@@ -40,8 +40,8 @@ std::string identifier(std::string name) {
     return name;
 }
 
-std::string make_twin(const std::string& text_template, const std::string& path,
-                      const std::string& include_name) {
+std::string make_twin(const std::string& text_template, const std::string& summary_template,
+                      const std::string& path, const std::string& include_name) {
     const std::string text = read(path);
     const auto header = merl::engine::parse_metric_header(text, path);
     std::string members;  // the parameters, in the order of the header
@@ -50,14 +50,20 @@ std::string make_twin(const std::string& text_template, const std::string& path,
         members += fmt::format("    double {};\n", header.parameters[i].name);
         values += fmt::format("parameters[{}], ", i);
     }
+    std::string windows;
+    for (std::size_t w = 0; w < header.windows.size(); ++w) {
+        windows += fmt::format("    static constexpr int {} = {};\n", header.windows[w].name, w);
+    }
     const auto name = std::filesystem::path(path).stem().string();
-    std::string result = read(text_template);
+    std::string result = read(header.features > 0 ? summary_template : text_template);
     for (const auto& [key, value] :
          {std::pair<std::string, std::string>{"@METRIC_ID@", identifier(name)},
           {"@METRIC_NAME@", name},
           {"@METRIC_FILE@", include_name},
           {"@METRIC_MEMBERS@", members},
           {"@METRIC_VALUES@", values},
+          {"@METRIC_WINDOWS@", windows},
+          {"@METRIC_WINDOW_COUNT@", std::to_string(header.windows.size())},
           {"@METRIC_TEXT@", "R\"glsl(" + text + ")glsl\""}}) {
         result = replaced(std::move(result), key, value);
     }
@@ -68,14 +74,15 @@ std::string make_twin(const std::string& text_template, const std::string& path,
 
 int main(int argc, char** argv) {
     try {
-        if (argc != 5) {
-            throw std::runtime_error("expected TEMPLATE METRIC.glsl INCLUDE_NAME OUTPUT.cpp");
+        if (argc != 6) {
+            throw std::runtime_error(
+                "expected TEMPLATE SUMMARY_TEMPLATE METRIC.glsl INCLUDE_NAME OUTPUT.cpp");
         }
-        std::ofstream out(argv[4], std::ios::binary);
-        out << make_twin(argv[1], argv[2], argv[3]);
+        std::ofstream out(argv[5], std::ios::binary);
+        out << make_twin(argv[1], argv[2], argv[3], argv[4]);
         out.close();
         if (!out) {
-            throw std::runtime_error(fmt::format("{}: cannot be written", argv[4]));
+            throw std::runtime_error(fmt::format("{}: cannot be written", argv[5]));
         }
         return 0;
     } catch (const std::exception& error) {

@@ -26,10 +26,17 @@ constexpr std::uint32_t kChunkTexels = 4;
 /// Texels that a shader adds in float32 before it compensates (shaders/framework/difference.comp).
 constexpr std::uint32_t kRunTexels = 8;
 
+/// Numbers that are summed side by side over a window of a summary metric, before they are added
+/// (shaders/framework/window_sums.comp).
+constexpr std::uint32_t kWindowLanes = 32;
+
 /// One block of one material: red, green and blue (or what a transform makes of them), zero beyond
 /// the last voxel.
 using BlockSamples = std::array<std::array<double, kBlockVoxels>, 3>;
 using BlockWeights = std::array<double, kBlockVoxels>;
+
+/// The mean of red, green and blue over a window of a summary metric.
+using WindowMean = std::array<double, 3>;
 
 /// Numbers of one block of one material in the grid of a metric with a degree, a channel after the
 /// other.
@@ -53,11 +60,19 @@ struct MetricTwin {
     /// Σ g·h of a block; a and b are transformed samples.
     double (*sum)(std::span<const double> parameters, const BlockSamples& a, const BlockSamples& b,
                   const BlockWeights& weights) = nullptr;
+
+    // Of a summary instead of these.
+    /// window(w, v) of every voxel of a block.
+    void (*window)(std::span<const double> parameters, std::span<const Voxel, kBlockVoxels> voxels,
+                   std::uint32_t window, BlockWeights& weights) = nullptr;
+    /// feature(i, m) for each i; a mean for each window.
+    void (*features)(std::span<const double> parameters, std::span<const WindowMean> means,
+                     std::span<double> features) = nullptr;
 };
 
-/// One metric of the family of Ryman 2018, 4.9: a transform, a weight and a difference
-/// (docs/metrics.md), and the values of its parameters. It comes from one GLSL file: of the
-/// library, or a user's.
+/// One metric (docs/metrics.md), and the values of its parameters: of the family of Ryman
+/// 2018, 4.9, a transform, a weight and a difference; or a summary, windows and the features of
+/// their means. It comes from one GLSL file: of the library, or a user's.
 struct Metric {
     std::string name;    // with the parameters that are not at their defaults: "pawcielab:white=80"
     std::string file;    // what messages call the file
@@ -67,9 +82,16 @@ struct Metric {
     MetricTwin twin;                 // of a library metric; a user's has none
 
     /// Whether float64 distances can be had on the CPU (float64_distances.h).
-    bool has_twin() const { return twin.sum != nullptr; }
+    bool has_twin() const { return twin.sum != nullptr || twin.features != nullptr; }
 
-    bool has_bound() const { return header.degree > 0; }
+    /// Whether its distance is that of features, all of it in float64, and not a sum over voxels.
+    bool is_summary() const { return header.features > 0; }
+
+    /// Whether its difference is a sum over channels of |d|^degree.
+    bool has_degree() const { return header.degree > 0; }
+
+    /// Whether it is known how far its distances can be from exact ones.
+    bool has_bound() const { return has_degree() || is_summary(); }
 
     /// Whether it is proven to be a pseudometric (docs/metrics.md, "Is it a metric?"): the root of
     /// a weighted sum of |d|^p keeps the triangle inequality; of any other difference nobody knows.
@@ -77,7 +99,7 @@ struct Metric {
 
     /// Whether its bound needs ranges and slopes (docs/numerics.md): a power below one is steep
     /// near zero.
-    bool has_slopes() const { return header.degree > 0 && header.degree < 1; }
+    bool has_slopes() const { return has_degree() && header.degree < 1; }
 
     /// Whether its bound needs norms.
     bool has_norms() const { return header.degree >= 1; }
@@ -87,10 +109,10 @@ struct Metric {
 
     /// Whether a kernel gives a workgroup to each row of a tile: any_difference.comp and
     /// check.comp.
-    bool has_row_groups() const { return !has_bound() || is_checked(); }
+    bool has_row_groups() const { return !has_degree() || is_checked(); }
 
     /// How the grid of this metric is cut into texels (shaders/framework/metric.glsl).
-    std::uint32_t cell_texels() const { return header.degree > 0 ? 3 : 4; }
+    std::uint32_t cell_texels() const { return has_degree() ? 3 : 4; }
     std::uint32_t block_texels() const { return kBlockVoxels / kCellVoxels * cell_texels(); }
 };
 

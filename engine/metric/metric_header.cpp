@@ -13,6 +13,8 @@ namespace merl::engine {
 namespace {
 
 constexpr std::size_t kMostParameters = 16;
+constexpr std::size_t kMostWindows = 32;
+constexpr std::uint32_t kMostFeatures = 64;
 constexpr std::size_t kLongestName = 32;
 
 std::string_view trimmed(std::string_view text) {
@@ -54,6 +56,7 @@ class Parser {
             read_line(text.substr(2, end - 2));
             text.remove_prefix(std::min(end + 1, text.size()));
         }
+        require_one_kind();
         return header_;
     }
 
@@ -91,10 +94,14 @@ class Parser {
             read_parameter(value);
         } else if (key == "fitted") {
             read_fitted(value);
+        } else if (key == "window") {
+            read_window(value);
+        } else if (key == "features") {
+            read_features(value);
         } else {
             refuse(
                 fmt::format("\"{}:\" is no key of a metric; the keys are title, formula, source, "
-                            "note, degree, parameter and fitted",
+                            "note, degree, parameter, fitted, window and features",
                             key));
         }
     }
@@ -151,10 +158,7 @@ class Parser {
             refuse(fmt::format("the parameter {} is {} by default: expected a number in [{}, {}]",
                                p.name, p.value, p.low, p.high));
         }
-        if (std::any_of(header_.parameters.begin(), header_.parameters.end(),
-                        [&](const MetricParameter& other) { return other.name == p.name; })) {
-            refuse(fmt::format("a second parameter {}", p.name));
-        }
+        require_new(p.name);
         if (header_.parameters.size() == kMostParameters) {
             refuse(fmt::format("more than {} parameters", kMostParameters));
         }
@@ -181,6 +185,62 @@ class Parser {
         }
         last_ = &header_.fitted.emplace_back(FittedTo{std::string(hash), std::string(citation)})
                      .citation;
+    }
+
+    void read_window(std::string_view value) {
+        const auto end = std::min(value.find_first_of(" \t"), value.size());
+        MetricWindow w = {.name = std::string(value.substr(0, end)),
+                          .description = std::string(trimmed(value.substr(end)))};
+        if (!is_name(w.name) || w.description.empty()) {
+            refuse(
+                fmt::format("the window is \"{}\": expected NAME description; a name is a "
+                            "lower-case letter, then lower-case letters, digits and _, at most {} "
+                            "in all",
+                            value, kLongestName));
+        }
+        require_new(w.name);
+        if (header_.windows.size() == kMostWindows) {
+            refuse(fmt::format("more than {} windows", kMostWindows));
+        }
+        header_.windows.push_back(std::move(w));
+        last_ = &header_.windows.back().description;
+    }
+
+    void read_features(std::string_view value) {
+        if (header_.features != 0) {
+            refuse("a second \"features:\"");
+        }
+        const auto number = parse_number<std::uint32_t>(value);
+        if (!number || *number < 1 || *number > kMostFeatures) {
+            refuse(fmt::format("the features are \"{}\": expected how many there are, 1 to {}",
+                               value, kMostFeatures));
+        }
+        header_.features = *number;
+    }
+
+    /// Parameters and windows are constants of the same file.
+    void require_new(const std::string& name) const {
+        if (std::ranges::find(header_.parameters, name, &MetricParameter::name) !=
+            header_.parameters.end()) {
+            refuse(fmt::format("a second parameter {}", name));
+        }
+        if (std::ranges::find(header_.windows, name, &MetricWindow::name) !=
+            header_.windows.end()) {
+            refuse(fmt::format("a second window {}", name));
+        }
+    }
+
+    /// After the last line: a summary has windows and features, and nothing else.
+    void require_one_kind() const {
+        if ((header_.features != 0) == header_.windows.empty()) {
+            refuse(header_.features != 0
+                       ? "features without a \"// window: NAME description\" to take means of"
+                       : "windows without \"// features: N\", how many numbers are made of their "
+                         "means");
+        }
+        if (header_.features != 0 && header_.degree != 0) {
+            refuse("a degree beside windows: the distance between features is always Euclidean");
+        }
     }
 
     const std::string& file_;

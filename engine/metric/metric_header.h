@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -25,6 +26,14 @@ struct FittedTo {
     bool operator==(const FittedTo&) const = default;
 };
 
+/// A part of the domain of which a summary metric takes means.
+struct MetricWindow {
+    std::string name;
+    std::string description;
+
+    bool operator==(const MetricWindow&) const = default;
+};
+
 /// What the comment lines at the top of a metric file say (docs/metrics.md).
 struct MetricHeader {
     std::string title;
@@ -37,6 +46,10 @@ struct MetricHeader {
     std::string degree_text;  // "2/3"
     std::vector<MetricParameter> parameters;
     std::vector<FittedTo> fitted;
+    /// Of a summary metric, and empty otherwise: its windows, and how many numbers it makes of
+    /// their means.
+    std::vector<MetricWindow> windows;
+    std::uint32_t features = 0;
 };
 
 /// Reads the header of a metric file. `file` is what messages call it. Throws Error (input) that

@@ -34,9 +34,14 @@ constexpr Function kTransform = {"transform", "vec3 transform(vec3 f, Voxel v)"}
 constexpr Function kWeight = {"weight", "float weight(Voxel v)"};
 constexpr Function kDifference = {"difference", "float difference(vec3 a, vec3 b)"};
 constexpr Function kChannelDifference = {"difference", "float difference(float d)"};
+constexpr Function kWindow = {"window", "float window(int w, Voxel v)"};
+constexpr Function kFeature = {"feature", "float feature(int i, Means m)"};
 
 std::vector<Function> functions(const Metric& metric) {
-    return {kTransform, kWeight, metric.has_bound() ? kChannelDifference : kDifference};
+    if (metric.is_summary()) {
+        return {kWindow, kFeature};
+    }
+    return {kTransform, kWeight, metric.has_degree() ? kChannelDifference : kDifference};
 }
 
 /// A GLSL constant of this value: 100 alone would be an int.
@@ -45,8 +50,8 @@ std::string literal(double value) {
     return text.find_first_of(".e") == std::string::npos ? text + ".0" : text;
 }
 
-/// The parameters of a metric, and what else its text needs before its first line. Those of a
-/// user's are specialization constants: see kFirstParameter.
+/// The parameters and windows of a metric, and what else its text needs before its first line.
+/// Those of a user's are specialization constants: see kFirstParameter.
 std::string parameters_text(const Metric& metric) {
     std::string text = "#ifdef METRIC_FLOAT64\n#include \"framework/float64_names.glsl\"\n#endif\n";
     for (std::size_t i = 0; i < metric.parameters.size(); ++i) {
@@ -59,6 +64,9 @@ std::string parameters_text(const Metric& metric) {
             "#ifdef METRIC_FLOAT64\n{0}const double {1} = {2}lf;\n#else\n{0}const float {1} = "
             "{2};\n#endif\n",
             layout, name, value);
+    }
+    for (std::size_t w = 0; w < metric.header.windows.size(); ++w) {
+        text += fmt::format("const int {} = {};\n", metric.header.windows[w].name, w);
     }
     return text;
 }
@@ -81,7 +89,7 @@ std::string explain(const Metric& metric, std::string_view log) {
                 return fmt::format(
                     "{}: there is no \"{}\"{}", metric.file, function.declaration,
                     function.name != kDifference.name ? ""
-                    : metric.has_bound()
+                    : metric.has_degree()
                         ? ", which a metric with a degree needs (leave the degree out for a "
                           "difference of two colours)"
                         : ", which a metric without a degree needs (\"// degree: 2\" declares that "
@@ -157,16 +165,16 @@ void declare(const device::FloatControls& floats, bool keeps_nan, spirv::Module&
 
 MetricKernels compile_kernels(const Metric& metric, const device::FloatControls& floats) {
     const bool is_checked = metric.is_checked();
-    if (is_checked && !floats.float64) {
-        throw std::logic_error(metric.name + " has no twin, and its transform is in float64");
+    if ((is_checked || metric.is_summary()) && !floats.float64) {
+        throw std::logic_error(metric.name + " needs float64 in shaders");
     }
     const std::array<ShaderText, 2> text = {
         ShaderText{"parameters", parameters_text(metric)},
         ShaderText{kText, is_checked ? preprocessed(metric) : metric.source}};
     std::string preamble = fmt::format(
         "#define BLOCK_VOXELS {}\n#define CELL_VOXELS {}\n#define CHUNK_TEXELS {}\n"
-        "#define RUN_TEXELS {}\n",
-        kBlockVoxels, kCellVoxels, kChunkTexels, kRunTexels);
+        "#define RUN_TEXELS {}\n#define WINDOW_LANES {}\n",
+        kBlockVoxels, kCellVoxels, kChunkTexels, kRunTexels, kWindowLanes);
     if (is_checked) {
         preamble += "#define GUARDED\n";
     }
@@ -176,7 +184,9 @@ MetricKernels compile_kernels(const Metric& metric, const device::FloatControls&
     if (floats.to_nearest) {
         preamble += "#define ROUNDS_TO_NEAREST\n";
     }
-    if (metric.has_bound()) {
+    if (metric.is_summary()) {
+        preamble += fmt::format("#define WINDOWS {}\n", metric.header.windows.size());
+    } else if (metric.has_degree()) {
         const auto slash = metric.header.degree_text.find('/');
         preamble += fmt::format(
             "#define DEGREE_NUMERATOR {}\n#define DEGREE_DENOMINATOR {}\n",
@@ -205,13 +215,21 @@ MetricKernels compile_kernels(const Metric& metric, const device::FloatControls&
         declare(floats, keeps_nan, module);
         return module.words();
     };
+    if (metric.is_summary()) {
+        MetricKernels kernels;
+        kernels.window = compile("window", true);
+        kernels.window_parts = compile("window_parts", false);
+        kernels.window_sums = compile("window_sums", false);
+        kernels.feature = compile("feature", true);
+        return kernels;
+    }
     const auto compile_if = [&](bool needed, const char* stage, bool has_metric) {
         return needed ? compile(stage, has_metric) : std::vector<std::uint32_t>();
     };
     return {.weigh = compile_if(floats.float64, "weigh", true),
             .prepare = compile_if(floats.float64, "prepare", true),
-            .difference =
-                metric.has_bound() ? compile("difference", false) : compile("any_difference", true),
+            .difference = metric.has_degree() ? compile("difference", false)
+                                              : compile("any_difference", true),
             .norms = compile_if(metric.has_norms(), "norms", false),
             .ranges = compile_if(metric.has_slopes(), "ranges", false),
             .slopes = compile_if(metric.has_slopes(), "slopes", false),

@@ -15,12 +15,14 @@ struct MetricKernels {
     std::vector<std::uint32_t> norms;           // where has_norms()
     std::vector<std::uint32_t> ranges, slopes;  // where has_slopes()
     std::vector<std::uint32_t> check;           // where is_checked()
+    // Of a summary these, and none of the others.
+    std::vector<std::uint32_t> window = {}, window_parts = {}, window_sums = {}, feature = {};
 };
 
 /// Compiles a metric for a device whose shaders have these numbers. It sees no files but its own
 /// and those of shaders/lib/. Throws Error (input) with the file's own line for what the compiler
 /// refuses, and for a function that is missing. Without float64 the metric must have a twin, which
-/// then makes the grid.
+/// then makes the grid; and be no summary, which has nothing but float64.
 MetricKernels compile_kernels(const Metric& metric,
                               const device::FloatControls& floats = {.float64 = true});
 

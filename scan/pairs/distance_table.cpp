@@ -169,7 +169,9 @@ Distances DistanceTable::distances(std::size_t first, std::size_t second) const 
             .first = a.values,
             .second = b.values,
             .first_bounds = a.bounds,
-            .second_bounds = b.bounds};
+            .second_bounds = b.bounds,
+            .first_is_final = a.is_final,
+            .second_is_final = b.is_final};
 }
 
 DistanceTable parse_distance_table(std::string_view text, const std::string& file,

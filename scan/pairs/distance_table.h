@@ -17,6 +17,7 @@ struct MetricColumn {
     std::string metric;
     std::vector<double> values;  ///< in pair order
     std::vector<double> bounds;  ///< as in Distances; empty: all are exact
+    bool is_final = false;       ///< likewise
 };
 
 /// The distances of every pair of materials under any number of metrics.

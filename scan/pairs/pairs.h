@@ -56,6 +56,11 @@ struct Distances {
     std::vector<double> first_bounds = {};
     std::vector<double> second_bounds = {};
 
+    /// Whether distances with a bound are float64 all the same: nothing makes them more exact, and
+    /// those that are equal tie.
+    bool first_is_final = false;
+    bool second_is_final = false;
+
     std::uint32_t materials() const { return static_cast<std::uint32_t>(names.size()); }
     std::uint32_t pairs() const { return static_cast<std::uint32_t>(first.size()); }
     std::uint64_t configurations() const { return configuration_count(first.size()); }

@@ -85,8 +85,9 @@ double bound_of(const ScoredMetric& metric, const Judgement& judgement) {
 /// Whether the exact distances may be in another order than those that there are.
 bool is_undecided(const ScoredMetric& metric, const Judgement& judgement) {
     const double bound = bound_of(metric, judgement);
-    return bound > 0 &&
-           std::abs(metric.distances[judgement.left] - metric.distances[judgement.right]) <= bound;
+    const double apart =
+        std::abs(metric.distances[judgement.left] - metric.distances[judgement.right]);
+    return bound > 0 && apart <= bound && !(metric.is_final && apart == 0);
 }
 
 Choice choice_of(const Judgement& judgement, std::span<const double> distances, double floor) {

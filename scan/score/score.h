@@ -17,6 +17,7 @@ struct ScoredMetric {
     std::string name;
     std::span<const double> distances;    ///< of every pair, in pair order; finite, zero or more
     std::span<const double> bounds = {};  ///< how far each can be from the exact one; empty: exact
+    bool is_final = false;                ///< as in Distances: equal ones tie
 };
 
 /// How well one metric predicts the judgements (docs/scoring.md has the definitions).

@@ -127,8 +127,9 @@ void write_pairs(int file, const Distances& distances) {
                 text += ',';
                 append_number(text, bound);
             }
-            for (const double bound : {d.first_bounds[row], d.second_bounds[row]}) {
-                text += bound == 0 ? ",float64" : ",float32";
+            for (const bool is_float64 : {d.first_is_final || d.first_bounds[row] == 0,
+                                          d.second_is_final || d.second_bounds[row] == 0}) {
+                text += is_float64 ? ",float64" : ",float32";
             }
         }
         text += '\n';

@@ -87,11 +87,12 @@ std::vector<bool> find_meeting(std::span<const double> values, std::span<const d
 /// What the selection and its order rest on.
 class SelectionDoubts {
   public:
-    explicit SelectionDoubts(const Distances& distances)
+    SelectionDoubts(const Distances& distances, std::span<const double> first_bounds,
+                    std::span<const double> second_bounds)
         : distances_(distances), doubt_(distances.pairs()), wanted_(distances.pairs()) {
         for (std::uint32_t pair = 0; pair < distances.pairs(); ++pair) {
-            doubt_[pair] = relative(distances.first_bounds[pair], distances.first[pair]) +
-                           relative(distances.second_bounds[pair], distances.second[pair]);
+            doubt_[pair] = relative(first_bounds[pair], distances.first[pair]) +
+                           relative(second_bounds[pair], distances.second[pair]);
             if (!(doubt_[pair] <= loose)) {  // or no number, from an infinite bound
                 wanted_[pair] = true;
                 doubt_[pair] = 0;  // asked for already, and so not compared this time
@@ -174,13 +175,16 @@ class SelectionDoubts {
 
 /// Where a distance may be.
 struct Range {
+    double value;
     double low;
     double high;
-    bool is_exact;
+    bool ties;  // with others that are equal: there is nothing more exact
 };
 
-Range range_of(std::span<const double> values, std::span<const double> bounds, std::uint32_t pair) {
-    return {lower(values, bounds, pair), upper(values, bounds, pair), bounds[pair] == 0};
+Range range_of(std::span<const double> values, std::span<const double> bounds, bool is_final,
+               std::uint32_t pair) {
+    return {values[pair], lower(values, bounds, pair), upper(values, bounds, pair),
+            is_final || bounds[pair] == 0};
 }
 
 /// Where the two distances of a pair may be.
@@ -216,13 +220,13 @@ std::uint64_t count_meeting(std::vector<Range> ranges) {
     return count;
 }
 
-/// The sum of `of_tie` over all places that have one exact distance under a metric in common.
+/// The sum of `of_tie` over all places that tie under a metric.
 template <typename OfTie>
 std::uint64_t sum_over_ties(const Places& places, Range Place::*metric, const OfTie& of_tie) {
     Places exact;
     std::ranges::copy_if(places, std::back_inserter(exact),
-                         [=](const Place& place) { return (place.*metric).is_exact; });
-    const auto value = [=](const Place& place) { return (place.*metric).low; };
+                         [=](const Place& place) { return (place.*metric).ties; });
+    const auto value = [=](const Place& place) { return (place.*metric).value; };
     std::ranges::sort(exact, {}, value);
     std::uint64_t sum = 0;
     for (auto begin = exact.begin(); begin != exact.end();) {
@@ -313,19 +317,49 @@ Refinement to_refine(const Distances& distances, std::uint32_t select, std::uint
     if (distances.first_bounds.empty() || distances.second_bounds.empty()) {
         throw std::invalid_argument("refinement needs the bounds of both metrics");
     }
-    const auto first = find_meeting(distances.first, distances.first_bounds);
-    const auto second = find_meeting(distances.second, distances.second_bounds);
-    const auto selected = SelectionDoubts(distances).find(select, per_material);
+    // Of final distances there are none that are more exact, so those count as exact here.
+    const std::vector<double> none(distances.pairs());
+    const auto& first_bounds = distances.first_is_final ? none : distances.first_bounds;
+    const auto& second_bounds = distances.second_is_final ? none : distances.second_bounds;
+    const auto first = find_meeting(distances.first, first_bounds);
+    const auto second = find_meeting(distances.second, second_bounds);
+    const auto selected =
+        SelectionDoubts(distances, first_bounds, second_bounds).find(select, per_material);
     Refinement result;
     for (std::uint32_t pair = 0; pair < distances.pairs(); ++pair) {
-        if (distances.first_bounds[pair] > 0 && (first[pair] || selected[pair])) {
+        if (first_bounds[pair] > 0 && (first[pair] || selected[pair])) {
             result.first.push_back(pair);
         }
-        if (distances.second_bounds[pair] > 0 && (second[pair] || selected[pair])) {
+        if (second_bounds[pair] > 0 && (second[pair] || selected[pair])) {
             result.second.push_back(pair);
         }
     }
     return result;
+}
+
+std::vector<OpenConfiguration> list_undecided(const Distances& distances, std::size_t most) {
+    distances.validate();
+    std::vector<OpenConfiguration> open;
+    const auto add_open = [&](std::span<const double> values, std::span<const double> bounds,
+                              const std::string& metric) {
+        const auto order = by_lower_end(values, bounds);
+        for (auto one = order.begin(); one != order.end(); ++one) {
+            for (auto other = one + 1; other != order.end() && open.size() < most &&
+                                       lower(values, bounds, *other) <= upper(values, bounds, *one);
+                 ++other) {
+                if (values[*one] != values[*other]) {
+                    open.push_back({std::min(*one, *other), std::max(*one, *other), metric});
+                }
+            }
+        }
+    };
+    if (distances.first_is_final) {
+        add_open(distances.first, distances.first_bounds, distances.first_metric);
+    }
+    if (distances.second_is_final) {
+        add_open(distances.second, distances.second_bounds, distances.second_metric);
+    }
+    return open;
 }
 
 std::uint64_t count_undecided(const Distances& distances) {
@@ -336,11 +370,11 @@ std::uint64_t count_undecided(const Distances& distances) {
     const auto& d = distances;
     std::vector<Place> places(d.pairs());
     for (std::uint32_t pair = 0; pair < d.pairs(); ++pair) {
-        places[pair] = {range_of(d.first, d.first_bounds, pair),
-                        range_of(d.second, d.second_bounds, pair)};
+        places[pair] = {range_of(d.first, d.first_bounds, d.first_is_final, pair),
+                        range_of(d.second, d.second_bounds, d.second_is_final, pair)};
     }
-    // Open under the first, under the second, and less those that are counted twice. Two exact
-    // distances are not open, and meet where they are equal.
+    // Open under the first, under the second, and less those that are counted twice. Two distances
+    // that tie are not open, and meet.
     const auto open = [&](Range Place::*metric) {
         return count_meeting(projected(places, metric)) -
                sum_over_ties(places, metric,

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <string>
 #include <vector>
 
 #include "scan/pairs/pairs.h"
@@ -25,14 +27,27 @@ struct Refinement {
 /// could,
 ///   within the bounds, come before one of the selected.
 ///
-/// Exact distances (bound 0) are never asked for again. After they are replaced the question is to
-/// be asked anew, for the selection may have changed; nothing is open any more after few rounds.
-/// Throws std::invalid_argument for bad distances or without bounds. O(P log P) and the search of
-/// the selection.
+/// Exact distances (bound 0) are never asked for again, and final ones not at all. After they are
+/// replaced the question is to be asked anew, for the selection may have changed; nothing is open
+/// any more after few rounds. Throws std::invalid_argument for bad distances or without bounds. O(P
+/// log P) and the search of the selection.
 Refinement to_refine(const Distances& distances, std::uint32_t select, std::uint32_t per_material);
 
 /// Configurations whose sign the bounds cannot decide under at least one metric. O(P log P),
 /// however many there are.
 std::uint64_t count_undecided(const Distances& distances);
+
+/// Two pairs whose order the bounds leave open under a metric whose distances are final.
+struct OpenConfiguration {
+    std::uint32_t left;  ///< the earlier pair
+    std::uint32_t right;
+    std::string metric;
+
+    bool operator==(const OpenConfiguration&) const = default;
+};
+
+/// At most so many of them, those under the first metric first, by ascending distance. One that is
+/// open under both metrics is there twice.
+std::vector<OpenConfiguration> list_undecided(const Distances& distances, std::size_t most);
 
 }  // namespace merl::scan

@@ -21,14 +21,28 @@ struct Voxel {
     float cos_theta_o;
     float solid_angle;  // of its pairs of directions, sr^2: 4 pi s_merl / voxels
     float voxels;       // of the whole grid, also those below the horizon
+    int theta_h_layer;  // of the grid, from 0, and how many there are
+    int theta_h_layers;
+    int theta_d_layer;
+    int theta_d_layers;
 };
 
+#ifdef WINDOWS
+// A summary: its windows, and what it makes of the means over each.
+struct Means {
+    vec3 rgb[WINDOWS];
+};
+
+float window(int w, Voxel v);
+float feature(int i, Means m);
+#else
 vec3 transform(vec3 f, Voxel v);
 float weight(Voxel v);
 #ifdef DEGREE_NUMERATOR
 float difference(float d);
 #else
 float difference(vec3 a, vec3 b);
+#endif
 #endif
 
 #ifdef METRIC_FLOAT64

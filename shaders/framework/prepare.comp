@@ -27,6 +27,14 @@ dvec4 four_doubles(usamplerBuffer from, uint at) {
     return dvec4(two_doubles(texelFetch(from, int(at / 2))), two_doubles(texelFetch(from, int(at / 2 + 1))));
 }
 
+// Likewise samples, which are not negative: what was not measured may be a zero with a sign, which only
+// window_sums.comp looks at.
+dvec4 four_samples(uint at) {
+    const uvec4 without_sign = uvec4(0xffffffffu, 0x7fffffffu, 0xffffffffu, 0x7fffffffu);
+    return dvec4(two_doubles(texelFetch(samples, int(at / 2)) & without_sign),
+                 two_doubles(texelFetch(samples, int(at / 2 + 1)) & without_sign));
+}
+
 void main() {
     uint cell = gl_GlobalInvocationID.x;
     uint material = gl_GlobalInvocationID.y;
@@ -41,9 +49,9 @@ void main() {
         return;
     }
     uint from = (material * slab_blocks + block) * 3 * kBlockVoxels + cell * kCellVoxels;
-    dvec4 red = four_doubles(samples, from);
-    dvec4 green = four_doubles(samples, from + kBlockVoxels);
-    dvec4 blue = four_doubles(samples, from + 2 * kBlockVoxels);
+    dvec4 red = four_samples(from);
+    dvec4 green = four_samples(from + kBlockVoxels);
+    dvec4 blue = four_samples(from + 2 * kBlockVoxels);
     dvec4 weight = four_doubles(weights, k);
     dvec3 t0 = transform(dvec3(red.x, green.x, blue.x), fetch_voxel(k));
     dvec3 t1 = transform(dvec3(red.y, green.y, blue.y), fetch_voxel(k + 1));

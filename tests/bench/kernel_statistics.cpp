@@ -103,7 +103,7 @@ std::vector<Row> rows_of(const engine::Metric& metric, const engine::MetricKerne
             for (const auto& [name, words] :
                  {std::pair("difference", &spirv.difference), {"slopes", &spirv.slopes}}) {
                 rows.push_back({side, {name, *words, {lanes, 0, side}, 1, lanes}});
-                if (metric.has_bound()) {
+                if (metric.has_degree()) {
                     const auto diagonal = fmt::format("diagonal {}", name);
                     rows.push_back({side, {diagonal, *words, {lanes, 1, side}, 1, lanes}});
                 }

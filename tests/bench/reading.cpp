@@ -37,7 +37,7 @@ void read_all(const Domain& domain, const VoxelList& voxels, const Use& use) {
     SlabReader reader(database(), voxels);
     for (std::uint64_t first = 0; first < voxels.size(); first += kSlabVoxels) {
         const Slab slab(domain, voxels, first, std::min(first + kSlabVoxels, voxels.size()));
-        reader.read(slab, [&](std::size_t m, std::span<const BlockSamples> blocks) {
+        reader.read(slab, [&](std::size_t m, std::span<const BlockSamples> blocks, auto) {
             use(slab, m, blocks);
         });
     }

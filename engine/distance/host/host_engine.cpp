@@ -1,10 +1,12 @@
 #include "engine/distance/host/host_engine.h"
 
 #include <stdexcept>
+#include <type_traits>
 #include <variant>
 
 #include "engine/base/stopwatch.h"
 #include "engine/distance/host/host_metric.h"
+#include "engine/distance/host/summary_metric.h"
 #include "engine/distance/host/twin_metric.h"
 
 namespace merl::engine {
@@ -16,7 +18,10 @@ class HostWork final : public EngineWork {
              std::uint64_t bytes)
         : seconds_(site.seconds), bytes_(bytes) {
         for (const auto* metric : metrics) {
-            if (metric->has_bound()) {
+            if (metric->is_summary()) {
+                metrics_.emplace_back(std::in_place_type<SummaryMetric>, *metric, extent,
+                                      site.database.materials());
+            } else if (metric->has_degree()) {
                 metrics_.emplace_back(std::in_place_type<HostMetric>, *metric, extent.materials,
                                       extent.slab_blocks, extent.grid_voxels);
             } else {
@@ -31,17 +36,26 @@ class HostWork final : public EngineWork {
         each([&](auto& metric) { metric.weigh(slab); });
     }
 
-    void take(std::size_t material, std::span<const BlockSamples> blocks) override {
-        each([&](auto& metric) { metric.make_grid(*slab_, material, blocks); });
+    void take(std::size_t material, std::span<const BlockSamples> blocks,
+              std::span<const BlockGaps> gaps) override {
+        each([&]<typename Kind>(Kind& metric) {
+            if constexpr (std::is_same_v<Kind, SummaryMetric>) {
+                metric.add(material, blocks, gaps);
+            } else {
+                metric.make_grid(*slab_, material, blocks);
+            }
+        });
     }
 
     void compute() override {
-        each([&](auto& metric) {
-            Stopwatch watch;
-            metric.sum(*slab_);
-            seconds_.difference += watch.lap();
-            metric.add(*slab_);
-            seconds_.adding += watch.lap();
+        each([&]<typename Kind>(Kind& metric) {
+            if constexpr (!std::is_same_v<Kind, SummaryMetric>) {
+                Stopwatch watch;
+                metric.sum(*slab_);
+                seconds_.difference += watch.lap();
+                metric.add(*slab_);
+                seconds_.adding += watch.lap();
+            }
         });
     }
 
@@ -60,7 +74,7 @@ class HostWork final : public EngineWork {
         }
     }
 
-    std::vector<std::variant<HostMetric, TwinMetric>> metrics_;
+    std::vector<std::variant<HostMetric, TwinMetric, SummaryMetric>> metrics_;
     DistanceSeconds& seconds_;
     std::uint64_t bytes_;
     const Slab* slab_ = nullptr;
@@ -84,10 +98,16 @@ class HostEngine final : public Engine {
             if (!host_can(*metric)) {
                 throw std::logic_error(metric->name + " has no twin");
             }
-            needs.fixed_bytes += metric->has_bound() ? HostMetric::fixed_bytes(*metric, materials)
-                                                     : TwinMetric::fixed_bytes(materials);
-            needs.block_bytes += metric->has_bound() ? HostMetric::block_bytes(*metric, materials)
-                                                     : TwinMetric::block_bytes(materials);
+            if (metric->is_summary()) {
+                needs.fixed_bytes += SummaryMetric::fixed_bytes(*metric, materials);
+                needs.block_bytes += SummaryMetric::block_bytes(*metric);
+            } else if (metric->has_degree()) {
+                needs.fixed_bytes += HostMetric::fixed_bytes(*metric, materials);
+                needs.block_bytes += HostMetric::block_bytes(*metric, materials);
+            } else {
+                needs.fixed_bytes += TwinMetric::fixed_bytes(materials);
+                needs.block_bytes += TwinMetric::block_bytes(materials);
+            }
         }
         return needs;
     }

@@ -41,6 +41,19 @@ void copy_to_blocks(std::span<const double* const, 3> planes, std::uint64_t leng
     }
 }
 
+/// Marks what is negative among `length` numbers of each plane.
+void mark_negative(std::span<const double* const, 3> planes, std::uint64_t length,
+                   std::uint64_t position, std::span<BlockGaps> gaps) {
+    for (std::size_t plane = 0; plane < planes.size(); ++plane) {
+        for (std::uint64_t i = 0; i < length; ++i) {
+            if (planes[plane][i] < 0) {
+                const std::uint64_t at = position + i;
+                gaps[at / kBlockVoxels][plane].set(at % kBlockVoxels);
+            }
+        }
+    }
+}
+
 void fill_up(std::uint64_t voxels, std::span<BlockSamples> blocks) {
     if (const std::uint64_t filled = voxels % kBlockVoxels; filled != 0) {
         for (auto& plane : blocks[voxels / kBlockVoxels]) {
@@ -53,7 +66,11 @@ void fill_up(std::uint64_t voxels, std::span<BlockSamples> blocks) {
 
 MaterialCounts read_blocks(const Database& database, std::size_t material, VoxelRange file,
                            std::span<const VoxelRun> runs, std::span<BlockSamples> blocks,
-                           const SampleSink& sink, DamageCheck* check) {
+                           const SampleSink& sink, DamageCheck* check,
+                           std::vector<BlockGaps>* gaps) {
+    if (gaps != nullptr) {
+        gaps->clear();
+    }
     thread_local std::vector<double> scratch;
     scratch.resize(3 * kReadVoxels);
     MaterialCounts counts;
@@ -73,13 +90,20 @@ MaterialCounts read_blocks(const Database& database, std::size_t material, Voxel
         while (run != runs.end() && run->file_index + done_of_run < part.last) {
             const std::uint64_t from = run->file_index + done_of_run - part.first;
             const std::uint64_t length = std::min(run->length - done_of_run, part.size() - from);
-            counts.negative_above_horizon +=
+            const std::uint64_t position = run->position - runs.front().position + done_of_run;
+            const std::uint64_t negative =
                 count_negative(red + from, green + from, blue + from, length);
+            counts.negative_above_horizon += negative;
+            if (gaps != nullptr && negative > 0) {
+                gaps->resize(blocks.size());
+                mark_negative(std::array{red + from, green + from, blue + from}, length, position,
+                              *gaps);
+            }
             if (check != nullptr) {
                 check->add_above_horizon({red + from, green + from, blue + from}, length);
             }
-            copy_to_blocks(std::array{red + from, green + from, blue + from}, length,
-                           run->position - runs.front().position + done_of_run, blocks);
+            copy_to_blocks(std::array{red + from, green + from, blue + from}, length, position,
+                           blocks);
             done_of_run += length;
             if (done_of_run == run->length) {
                 ++run;

@@ -48,6 +48,7 @@ struct Extent {
     std::uint32_t materials = 0;
     std::uint32_t slab_blocks = 0;  // the most blocks of a slab
     std::uint64_t grid_voxels = 0;  // |K|, also those below the horizon
+    bool is_trial = false;          // of a user's metric: a window may be empty
 };
 
 /// Seconds spent in the parts of a computation; reading and a device's work overlap.
@@ -82,9 +83,10 @@ class EngineWork {
     /// The next slab, which lives until compute() returns.
     virtual void begin(const Slab& slab) = 0;
 
-    /// The samples of one material in its blocks (block_reader.h), for each material once. Any
-    /// thread may call it.
-    virtual void take(std::size_t material, std::span<const BlockSamples> blocks) = 0;
+    /// The samples of one material in its blocks, and what was not measured of them where a metric
+    /// is a summary (block_reader.h), for each material once. Any thread may call it.
+    virtual void take(std::size_t material, std::span<const BlockSamples> blocks,
+                      std::span<const BlockGaps> gaps) = 0;
 
     /// After all materials: computes the slab, or starts to. Throws Error (input) for what is wrong
     /// with a user's metric, now or at the next call.

@@ -7,7 +7,7 @@ namespace merl::engine {
 
 PairTiles PairTiles::best(std::uint32_t materials, const Metric& metric,
                           const device::TileSides& largest) {
-    if (!metric.has_bound()) {
+    if (!metric.has_degree()) {
         // One pair after the other: the side only cuts the work into workgroups.
         constexpr std::uint32_t kSide = 10;
         return covering(materials, kSide);

@@ -10,12 +10,15 @@
 
 namespace merl::engine {
 
-/// E of Ryman 2018, equation 4.20, for each pair (0,1), (0,2) … (1,2) … of materials under one
-/// metric.
+/// The distance, E of Ryman 2018, equation 4.20, or that of the features of a summary, for each
+/// pair (0,1), (0,2) … (1,2) … of materials under one metric.
 struct MetricDistances {
     std::vector<double> values;
     /// How far each can be from the exact value (error_bound.h); infinite where no bound is known.
     std::vector<double> bounds;
+    /// Of a summary, [material][window]. With these summary_distances() gives those under other
+    /// parameters, which no window depends on, in microseconds.
+    std::vector<WindowMean> means = {};
 
     bool operator==(const MetricDistances&) const = default;
 };

@@ -8,12 +8,13 @@
 
 namespace merl::engine {
 
-SlabReader::SlabReader(const Database& database, const VoxelList& voxels)
+SlabReader::SlabReader(const Database& database, const VoxelList& voxels, bool marks_gaps)
     : database_(database),
       voxels_(voxels),
       counts_(database.materials().size()),
       checks_(database.materials().size(), DamageCheck(database.grid())),
-      hash_(database.materials().size()) {}
+      hash_(database.materials().size()),
+      marks_gaps_(marks_gaps) {}
 
 void SlabReader::read(const Slab& slab, const Use& use) {
     // What lies below the horizon belongs to the content too.
@@ -23,11 +24,12 @@ void SlabReader::read(const Slab& slab, const Use& use) {
                                      : slab.runs.back().file_index + slab.runs.back().length};
     file_position_ = file.last;
     tbb::parallel_for(std::size_t{0}, counts_.size(), [&](std::size_t material) {
-        auto& blocks = blocks_.local();
+        auto& [blocks, gaps] = read_.local();
         blocks.resize(slab.blocks());
-        counts_[material] += read_blocks(database_, material, file, slab.runs, blocks,
-                                         hash_.sink(material), &checks_[material]);
-        use(material, blocks);
+        counts_[material] +=
+            read_blocks(database_, material, file, slab.runs, blocks, hash_.sink(material),
+                        &checks_[material], marks_gaps_ ? &gaps : nullptr);
+        use(material, blocks, gaps);
     });
 }
 

@@ -20,11 +20,13 @@ namespace merl::engine {
 /// Reads a database slab by slab, in order.
 class SlabReader {
   public:
-    SlabReader(const Database& database, const VoxelList& voxels);
+    /// `marks_gaps`: whether anybody wants to know what was not measured.
+    SlabReader(const Database& database, const VoxelList& voxels, bool marks_gaps = false);
 
-    /// What is to be done with the samples of one material at the voxels of a slab (read_blocks);
-    /// called from several threads, for each material once.
-    using Use = std::function<void(std::size_t material, std::span<const BlockSamples> blocks)>;
+    /// What is to be done with the samples of one material at the voxels of a slab, and with what
+    /// was not measured of them (read_blocks); called from several threads, for each material once.
+    using Use = std::function<void(std::size_t material, std::span<const BlockSamples> blocks,
+                                   std::span<const BlockGaps> gaps)>;
 
     /// Slabs must come in order and without gaps.
     void read(const Slab& slab, const Use& use);
@@ -47,7 +49,12 @@ class SlabReader {
     std::vector<DamageCheck> checks_;
     ContentHash hash_;
     std::uint64_t file_position_ = 0;  // voxels of each file read so far
-    tbb::enumerable_thread_specific<std::vector<BlockSamples>> blocks_;
+    bool marks_gaps_;
+    struct Read {
+        std::vector<BlockSamples> blocks;
+        std::vector<BlockGaps> gaps;
+    };
+    tbb::enumerable_thread_specific<Read> read_;
 };
 
 }  // namespace merl::engine

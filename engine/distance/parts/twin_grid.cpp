@@ -10,7 +10,7 @@ namespace merl::engine {
 void fold_weights(const Metric& metric, const Slab& slab, std::span<BlockWeights> weights) {
     tbb::parallel_for(std::uint64_t{0}, slab.blocks(), [&](std::uint64_t block) {
         weigh_block(metric, slab, block, weights[block]);
-        if (metric.has_bound()) {
+        if (metric.has_degree()) {
             const double power = 1 / metric.header.degree;
             std::ranges::transform(weights[block], weights[block].begin(),
                                    [=](double weight) { return std::pow(weight, power); });

@@ -12,6 +12,7 @@
 #include "engine/base/stopwatch.h"
 #include "engine/device/submission.h"
 #include "engine/distance/vulkan/vulkan_metric.h"
+#include "engine/distance/vulkan/vulkan_summary.h"
 
 namespace merl::engine {
 namespace {
@@ -19,18 +20,24 @@ namespace {
 /// A slab in flight: its buffers, and the commands that work on them.
 struct Slot {
     Slot(device::Context& context, const DeviceExtent& extent,
-         std::span<const VulkanMetric> metrics, ScratchBuffers& scratch)
-        : submission(context, static_cast<std::uint32_t>(1 + 2 * metrics.size())) {
+         std::span<const VulkanMetric> metrics, std::span<VulkanSummary> summaries,
+         ScratchBuffers& scratch)
+        : submission(context,
+                     static_cast<std::uint32_t>(1 + 2 * (metrics.size() + summaries.size()))) {
         if (context.limits().floats.float64) {
             buffers.emplace(context, extent);
         }
         for (const auto& metric : metrics) {
             products.emplace_back(context, metric, buffers ? &*buffers : nullptr, scratch);
         }
+        for (auto& summary : summaries) {
+            summary_products.emplace_back(context, summary, *buffers);
+        }
     }
 
     std::optional<SlabBuffers> buffers;            // where the device makes the grids
     std::vector<VulkanMetric::Products> products;  // per metric
+    std::vector<VulkanSummary::Products> summary_products;
     device::Submission submission;
     std::uint32_t blocks = 0;  // of the slab that was submitted; 0 when there is none
     std::uint64_t first = 0;   // position of its first voxel
@@ -44,17 +51,28 @@ class VulkanWork final : public EngineWork {
         : context_(context),
           extent_{extent.materials, extent.slab_blocks, context.limits().tiles},
           scratch_(context, extent_, metrics),
-          site_(site) {
+          site_(site),
+          all_(metrics.begin(), metrics.end()),
+          is_trial_(extent.is_trial) {
         Stopwatch watch;
         std::vector<std::optional<VulkanMetric>> compiled(metrics.size());
+        std::vector<std::optional<VulkanSummary>> summaries(metrics.size());
         tbb::parallel_for(std::size_t{0}, metrics.size(), [&](std::size_t m) {
-            compiled[m].emplace(context, extent_, *metrics[m], extent.grid_voxels);
+            if (metrics[m]->is_summary()) {
+                summaries[m].emplace(context, extent_, *metrics[m]);
+            } else {
+                compiled[m].emplace(context, extent_, *metrics[m], extent.grid_voxels);
+            }
         });
-        for (auto& metric : compiled) {
-            metrics_.push_back(std::move(*metric));
+        for (std::size_t m = 0; m < metrics.size(); ++m) {
+            if (metrics[m]->is_summary()) {
+                summaries_.push_back(std::move(*summaries[m]));
+            } else {
+                metrics_.push_back(std::move(*compiled[m]));
+            }
         }
         for (auto& slot : slots_) {
-            slot = std::make_unique<Slot>(context, extent_, metrics_, scratch_);
+            slot = std::make_unique<Slot>(context, extent_, metrics_, summaries_, scratch_);
         }
         site_.seconds.kernels += watch.lap();
     }
@@ -73,12 +91,16 @@ class VulkanWork final : public EngineWork {
         }
     }
 
-    void take(std::size_t material, std::span<const BlockSamples> blocks) override {
+    void take(std::size_t material, std::span<const BlockSamples> blocks,
+              std::span<const BlockGaps> gaps) override {
         const Slot& slot = *slots_[0];
         if (slot.buffers) {
-            const std::size_t first = material * extent_.slab_blocks;
-            std::ranges::copy(blocks, slot.buffers->samples.host_as<BlockSamples>().begin() +
-                                          static_cast<std::ptrdiff_t>(first));
+            const auto to = slot.buffers->samples.host_as<BlockSamples>().subspan(
+                material * extent_.slab_blocks, blocks.size());
+            std::ranges::copy(blocks, to.begin());
+            if (!summaries_.empty()) {
+                mark(to, gaps);
+            }
             return;
         }
         for (std::size_t m = 0; m < metrics_.size(); ++m) {
@@ -105,6 +127,10 @@ class VulkanWork final : public EngineWork {
             metrics_[m].record(work, slot.products[m], static_cast<std::uint32_t>(slab_->voxels),
                                slot.blocks);
         }
+        for (std::size_t m = 0; m < summaries_.size(); ++m) {
+            summaries_[m].record(work, slot.summary_products[m],
+                                 static_cast<std::uint32_t>(slab_->voxels), slot.blocks);
+        }
         s.submit();
         context_.check_validation();
     }
@@ -114,9 +140,13 @@ class VulkanWork final : public EngineWork {
         finish(*slots_[0]);
         context_.check_validation();
         std::vector<MetricDistances> result;
-        for (const auto& metric : metrics_) {
-            result.push_back(metric.distances());
+        auto metric = metrics_.begin();
+        auto summary = summaries_.begin();
+        for (const auto* one : all_) {
+            result.push_back(one->is_summary() ? summary++->distances(site_, is_trial_)
+                                               : metric++->distances());
         }
+        context_.check_validation();
         return result;
     }
 
@@ -129,6 +159,19 @@ class VulkanWork final : public EngineWork {
     }
 
   private:
+    /// Gives zeros that stand for what was not measured a sign, which samples have not.
+    static void mark(std::span<BlockSamples> blocks, std::span<const BlockGaps> gaps) {
+        for (std::size_t block = 0; block < gaps.size(); ++block) {
+            for (std::size_t c = 0; c < gaps[block].size(); ++c) {
+                for (std::size_t k = 0; gaps[block][c].any() && k < kBlockVoxels; ++k) {
+                    if (gaps[block][c][k]) {
+                        blocks[block][c][k] = -0.0;
+                    }
+                }
+            }
+        }
+    }
+
     /// Waits for the slab of a slot and adds its partial sums to the totals.
     void finish(Slot& slot) {
         if (slot.blocks == 0) {
@@ -147,29 +190,48 @@ class VulkanWork final : public EngineWork {
             }
             metrics_[m].add(slot.products[m], slot.blocks);
         }
+        for (std::size_t m = 0; m < summaries_.size(); ++m) {
+            const double transform = device[2 * (metrics_.size() + m)];
+            const double difference = device[2 * (metrics_.size() + m) + 1];
+            site_.seconds.transform += transform;
+            site_.seconds.difference += difference;
+            auto& summary = summaries_[m];
+            summary.measured(slot.summary_products[m], transform + difference);
+            if (const auto bad = summary.add(slot.summary_products[m], slot.blocks)) {
+                throw InputError(explain_window(summary.metric(), bad->window, bad->weight,
+                                                site_.database,
+                                                file_index(slot.first + bad->voxel)));
+            }
+        }
         slot.blocks = 0;
         site_.seconds.adding += watch.lap();
     }
 
     /// What check.comp says of a slab whose first voxel has this position.
     void look_at(const Metric& metric, const Finding& finding, std::uint64_t first) {
-        const auto file_index = [&](std::uint32_t voxel) {
-            return site_.voxels.runs(first + voxel, first + voxel + 1).front().file_index;
-        };
         if (finding.kind != Finding::fine) {
-            throw InputError(explain(finding, metric, site_.database, file_index(finding.voxel)));
+            throw InputError(
+                explain(finding, metric, site_.database, file_index(first + finding.voxel)));
         }
         if (finding.same_voxel != Finding::kNone && warned_.insert(&metric).second) {
-            site_.warnings.push_back(
-                warn_of_same(finding, metric, site_.database, file_index(finding.same_voxel)));
+            site_.warnings.push_back(warn_of_same(finding, metric, site_.database,
+                                                  file_index(first + finding.same_voxel)));
         }
+    }
+
+    /// Of the voxel at a position in the list of visited ones.
+    std::uint64_t file_index(std::uint64_t position) const {
+        return site_.voxels.runs(position, position + 1).front().file_index;
     }
 
     device::Context& context_;
     DeviceExtent extent_;
     ScratchBuffers scratch_;
     WorkSite site_;
+    std::vector<const Metric*> all_;  // those of the next two, in the order of the results
     std::vector<VulkanMetric> metrics_;
+    std::vector<VulkanSummary> summaries_;
+    bool is_trial_;
     std::array<std::unique_ptr<Slot>, 2> slots_;  // the first is being filled
     const Slab* slab_ = nullptr;
     std::set<const Metric*> warned_;  // of a difference from itself: once

@@ -7,6 +7,7 @@
 
 #include "engine/base/error.h"
 #include "engine/distance/parts/twin_grid.h"
+#include "engine/distance/vulkan/vulkan_summary.h"
 
 namespace merl::engine {
 namespace {
@@ -52,7 +53,7 @@ double grid_operations(const Metric& metric) {
 /// What a block of a pair takes: 16 a scalar for a power, 400 a voxel for the longest difference of
 /// the library.
 double pair_operations(const Metric& metric) {
-    return kBlockVoxels * (!metric.has_twin() ? 4000.0 : metric.has_bound() ? 3 * 16.0 : 400.0);
+    return kBlockVoxels * (!metric.has_twin() ? 4000.0 : metric.has_degree() ? 3 * 16.0 : 400.0);
 }
 
 template <typename T>
@@ -90,12 +91,19 @@ Buffer download(Context& context, std::uint64_t bytes) {
     return {context, bytes, Traffic::download};
 }
 
+[[noreturn]] void refuse_materials(const device::Limits& limits, std::uint32_t materials) {
+    throw Error(Fault::device,
+                fmt::format("{} materials are more than this device can pair: its largest dispatch "
+                            "is {} x {} workgroups",
+                            materials, limits.groups_x, limits.groups_y));
+}
+
 /// The most bytes of a buffer that any of the metrics needs.
 std::uint64_t most_of(const DeviceExtent& extent, std::span<const Metric* const> metrics,
                       std::uint64_t (DeviceExtent::*bytes)(const Metric&) const) {
     std::uint64_t most = 0;
     for (const auto* metric : metrics) {
-        most = std::max(most, (extent.*bytes)(*metric));
+        most = metric->is_summary() ? most : std::max(most, (extent.*bytes)(*metric));
     }
     return most;
 }
@@ -144,21 +152,31 @@ EngineNeeds device_needs(const device::Limits& limits, std::span<const Metric* c
     std::uint64_t largest = 0;  // buffer
     std::uint64_t shared = 0;
     std::uint64_t ranges = 0;
-    std::uint64_t up = 0;  // of a slab in flight
+    std::uint64_t own = 0;  // of a metric, for all slabs
+    std::uint64_t up = 0;   // of a slab in flight
     std::uint64_t down = 0;
     if (makes_grids) {
         largest = std::max(block.samples_bytes(), block.geometry_bytes());
         up = block.samples_bytes() + block.geometry_bytes();
     }
     for (const auto* metric : metrics) {
+        if (metric->is_summary()) {
+            const auto weights = VulkanSummary::weights_bytes(block, *metric);
+            const auto sums = VulkanSummary::sums_bytes(block, *metric);
+            if (materials > limits.groups_x) {
+                refuse_materials(limits, materials);
+            }
+            own += weights;
+            down += VulkanSummary::parts_bytes(block, *metric) + sums;
+            largest = std::max({largest, weights, sums});
+            needs.fixed_bytes += VulkanSummary::fixed_bytes(*metric, materials);
+            continue;
+        }
         const auto tiles = block.tiles_of(*metric);
         const auto groups =
             std::uint64_t{tiles.count()} * (metric->has_row_groups() ? tiles.side : 1);
         if (groups > limits.groups_x || tiles.padded_materials() > limits.groups_y) {
-            throw Error(Fault::device,
-                        fmt::format("{} materials are more than this device can pair: its "
-                                    "largest dispatch is {} x {} workgroups",
-                                    materials, limits.groups_x, limits.groups_y));
+            refuse_materials(limits, materials);
         }
         const auto sums = block.sums_bytes(*metric);
         const auto grid = block.grid_bytes(*metric);
@@ -180,7 +198,7 @@ EngineNeeds device_needs(const device::Limits& limits, std::span<const Metric* c
                     fmt::format("{} materials need a buffer of {} bytes, and this device allows {}",
                                 materials, largest, most_bytes));
     }
-    const std::uint64_t on_device = 2 * (up + down) + shared + ranges;
+    const std::uint64_t on_device = 2 * (up + down) + shared + ranges + own;
     needs.block_bytes +=
         on_device + (limits.stages_uploads ? 2 * up : 0) + (limits.stages_downloads ? 2 * down : 0);
     if (on_device > limits.free_bytes) {
@@ -216,7 +234,8 @@ SlabBuffers::SlabBuffers(Context& context, const DeviceExtent& extent)
 
 ScratchBuffers::ScratchBuffers(Context& context, const DeviceExtent& extent,
                                std::span<const Metric* const> metrics) {
-    if (context.limits().floats.float64) {
+    const bool has_grid = !std::ranges::all_of(metrics, &Metric::is_summary);
+    if (context.limits().floats.float64 && has_grid) {
         weights.emplace(context, extent.weights_bytes(), Traffic::none, Texels::words);
         grid.emplace(context, most_of(extent, metrics, &DeviceExtent::grid_bytes), Traffic::none,
                      Texels::floats);
@@ -248,7 +267,7 @@ VulkanMetric::VulkanMetric(Context& context, const DeviceExtent& extent, const M
                 make_subgroup_kernel(context, metric, "difference", spirv.difference, tiles_);
         },
         [&] {
-            if (metric.has_bound()) {
+            if (metric.has_degree()) {
                 diagonal_difference_ = make_subgroup_kernel(context, metric, "diagonal difference",
                                                             spirv.difference, tiles_, true);
             }
@@ -330,7 +349,7 @@ void VulkanMetric::make_grid(const Products& products, const Slab& slab, std::si
     const auto grid = products.grid_->host_as<float>();
     for (std::size_t block = 0; block < blocks.size(); ++block) {
         const auto part = grid.subspan((block * tiles_.padded_materials() + material) * size, size);
-        if (metric_->has_bound()) {
+        if (metric_->has_degree()) {
             make_scalars(*metric_, slab, block, weights_[block], blocks[block],
                          part.first<kBlockScalars>());
         } else {

@@ -36,10 +36,11 @@ struct DeviceExtent {
 
     std::uint64_t slab_voxels() const { return std::uint64_t{slab_blocks} * kBlockVoxels; }
 
-    // Sizes of the buffers in bytes. Samples and geometry are there for each slab in flight, sums
-    // and norms for each metric and slab in flight (sums twice where there are slopes); weights,
-    // grid and ranges are shared by all. Without float64 on the device there are no samples,
-    // geometry and weights there, and a grid for each metric and slab in flight.
+    // Sizes of the buffers in bytes, of a metric that is no summary. Samples and geometry are there
+    // for each slab in flight, sums and norms for each metric and slab in flight (sums twice where
+    // there are slopes); weights, grid and ranges are shared by all. Without float64 on the device
+    // there are no samples, geometry and weights there, and a grid for each metric and slab in
+    // flight.
     std::uint64_t samples_bytes() const { return slab_voxels() * materials * 3 * sizeof(double); }
     std::uint64_t geometry_bytes() const { return slab_voxels() * sizeof(Voxel); }
     std::uint64_t weights_bytes() const { return slab_voxels() * sizeof(double); }

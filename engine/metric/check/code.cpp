@@ -163,7 +163,7 @@ const std::set<Word> kAllowedFunctions = {
     GLSLstd450Normalize,
 };
 
-const std::set<std::string> kRoots = {"transform", "weight", "difference"};
+const std::set<std::string> kRoots = {"transform", "weight", "difference", "window", "feature"};
 
 /// "transform" of "transform(vf3;...".
 std::string short_name(const Module& module, Id function) {

@@ -39,8 +39,8 @@ std::string faults(std::uint32_t bits) {
 }
 
 std::string what_is_wrong(const Finding& f, const Metric& metric) {
-    const auto arguments = metric.has_bound() ? fmt::format("{:g}", f.a[0] - f.b[0])
-                                              : fmt::format("{}, {}", numbers(f.a), numbers(f.b));
+    const auto arguments = metric.has_degree() ? fmt::format("{:g}", f.a[0] - f.b[0])
+                                               : fmt::format("{}, {}", numbers(f.a), numbers(f.b));
     const auto material = f.kind == Finding::first ? f.a : f.b;
     switch (f.kind) {
         case Finding::weight:
@@ -50,7 +50,7 @@ std::string what_is_wrong(const Finding& f, const Metric& metric) {
             return fmt::format(
                 "transform() of the {} material gives {} (times the weight), or {}",
                 f.kind == Finding::first ? "first" : "second",
-                metric.has_bound() ? fmt::format("{:g}", material[0]) : numbers(material),
+                metric.has_degree() ? fmt::format("{:g}", material[0]) : numbers(material),
                 faults(kAllFaults));
         case Finding::not_finite:
         case Finding::negative:
@@ -93,6 +93,15 @@ std::string explain(const Finding& finding, const Metric& metric, const Database
                        what_is_wrong(finding, metric), place(database, file_index),
                        sample_text(database, finding.first_material, file_index),
                        sample_text(database, finding.second_material, file_index));
+}
+
+std::string explain_window(const Metric& metric, std::size_t window, float weight,
+                           const Database& database, std::uint64_t file_index) {
+    return fmt::format(
+        "{}: window({}, v) is {:g}: expected a finite number, zero or more, on a path without "
+        "what {}; {}",
+        metric.file, metric.header.windows[window].name, weight, faults(kAllFaults),
+        place(database, file_index));
 }
 
 std::string warn_of_same(const Finding& finding, const Metric& metric, const Database& database,

@@ -47,6 +47,10 @@ struct Finding {
 std::string explain(const Finding& finding, const Metric& metric, const Database& database,
                     std::uint64_t file_index);
 
+/// Likewise, that the weight of a voxel in a window of a summary is no weight.
+std::string explain_window(const Metric& metric, std::size_t window, float weight,
+                           const Database& database, std::uint64_t file_index);
+
 /// Likewise, that a material differs from itself. `file_index` is that of the voxel where.
 std::string warn_of_same(const Finding& finding, const Metric& metric, const Database& database,
                          std::uint64_t file_index);

@@ -68,10 +68,8 @@ class Words {
     void check_word(std::string_view word) const {
         if (word.starts_with("gl_") ||
             std::find(kForbidden.begin(), kForbidden.end(), word) != kForbidden.end()) {
-            refuse(
-                fmt::format("\"{}\" has no use in a metric, which is a transform, a weight and a "
-                            "difference",
-                            word));
+            refuse(fmt::format("\"{}\" has no use in a metric, whose functions compute numbers",
+                               word));
         }
     }
 

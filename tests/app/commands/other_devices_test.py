@@ -194,11 +194,35 @@ class OtherDevices(Case):
                                 **self.on(device))
             tables.append(read_csv(self.work / "out" / "distances.csv"))
         (header, expected), (same, found) = tables
-        self.assertEqual(len(header), 14)
+        self.assertEqual(len(header), 15)  # on this grid windows of gloss-contrast are empty
         self.assertEqual(same, header)
         for row, other in zip(expected, found, strict=True):
             for name, value, distance in zip(header[2:], row[2:], other[2:], strict=True):
                 self.assertAlmostEqual(float(distance) / float(value), 1, delta=4e-6, msg=name)
+
+    def test_a_summary(self):
+        """It is float64: the host computes it for a device that has none."""
+        write_database(self.work / "layers", 6, (24, 12, 24))
+        options = ("--database", "layers", "--metrics", "rmse,gloss-contrast", "--force")
+        self.results("", "--device", "host", *options, out="host")
+        expected = read_csv(self.work / "host" / "pairs.csv")[1]
+        for device in (CARD, "kind=discrete heap=4096", CARD + " transfer-queue non-coherent", "kind=integrated heap=64 bar=64",
+                       "kind=discrete timestamp-bits=0", "kind=discrete no-rounding-modes", CARD + " no-float64"):
+            with self.subTest(device=device):
+                _, found = self.results(device, "--device", "other", *options)
+                self.assertTrue(found["exact"])
+                engines = [(engine["engine"], engine["grids"], engine["metrics"]) for engine in found["engines"]]
+                if "no-float64" in device:
+                    self.assertEqual(engines, [("vulkan", "host", ["rmse"]), ("host", "host", ["gloss-contrast"])])
+                else:
+                    self.assertEqual(engines, [("vulkan", "device", ["rmse", "gloss-contrast"])])
+                for row, other in zip(expected, read_csv(self.work / "out" / "pairs.csv")[1], strict=True):
+                    self.assertAlmostEqual(float(other[3]) / float(row[3]), 1, delta=1e-13)
+        (self.work / "mine.glsl").write_text(
+            "// window: all of it\n// features: 1\nfloat window(int w, Voxel v) { return 1.0; }\n"
+            "float feature(int i, Means m) { return m.rgb[all].y; }\n")
+        self.refused("kind=discrete no-float64", ["mine.glsl", "float64", "other discrete GPU"],
+                     "--metrics", "rmse,mine.glsl")
 
     def test_a_metric_of_a_users_own_needs_float64(self):
         (self.work / "mine.glsl").write_text(

@@ -176,7 +176,7 @@ TEST(DamageCheck, CopiesAreFound) {
     const Domain domain(database.grid());
     const VoxelList voxels(domain, VoxelSet::above_horizon);
     SlabReader reader(database, voxels);
-    reader.read(Slab(domain, voxels, 0, voxels.size()), [](std::size_t, auto) {});
+    reader.read(Slab(domain, voxels, 0, voxels.size()), [](std::size_t, auto, auto) {});
     const auto hashes = reader.material_hashes();
     EXPECT_EQ(hashes[0], hashes[3]);
     EXPECT_NE(hashes[0], hashes[1]);

@@ -96,5 +96,40 @@ TEST(MetricHeader, WrongLinesAreNamed) {
                    "my.glsl:2: a second \"fitted:\"");
 }
 
+TEST(MetricHeader, ASummary) {
+    const auto header = parse_metric_header(
+        "// window: near the highlight,\n//   all of it\n// parameter: x = 1 in [0, 2] d\n"
+        "// features: 7\n// window: far the rest\n",
+        "my.glsl");
+    EXPECT_EQ(header.windows, (std::vector<MetricWindow>{{"near", "the highlight, all of it"},
+                                                         {"far", "the rest"}}));
+    EXPECT_EQ(header.features, 7U);
+    EXPECT_EQ(parse_metric_header("// degree: 2\n", "my.glsl").features, 0U);
+}
+
+TEST(MetricHeader, WrongLinesOfASummaryAreNamed) {
+    for (const char* features : {"", "0", "65", "-1", "1.5", "two", "2 of them"}) {
+        expect_refused(std::string("// window: w x\n// features: ") + features,
+                       "my.glsl:2: the features are ");
+    }
+    for (const char* window : {"", "w", "W x", "a-b x", "1w x"}) {
+        expect_refused(std::string("// window: ") + window, "my.glsl:1: the window is ");
+    }
+    expect_refused("// window: w x\n// features: 1\n// features: 1\n", "my.glsl:3: a second");
+    expect_refused("// window: w x\n// window: w y\n", "my.glsl:2: a second window w");
+    expect_refused("// parameter: w = 1 in [0, 2] d\n// window: w x\n",
+                   "my.glsl:2: a second parameter w");
+    expect_refused("// window: w x\n// parameter: w = 1 in [0, 2] d\n",
+                   "my.glsl:2: a second window w");
+    std::string many;
+    for (int i = 0; i < 33; ++i) {
+        many += "// window: w" + std::to_string(i) + " x\n";
+    }
+    expect_refused(many, "my.glsl:33: more than 32 windows");
+    expect_refused("// window: w x\n", "windows without \"// features: N\"");
+    expect_refused("// features: 1\n", "features without a \"// window:");
+    expect_refused("// window: w x\n// degree: 2\n// features: 1\n", "a degree beside windows");
+}
+
 }  // namespace
 }  // namespace merl::engine

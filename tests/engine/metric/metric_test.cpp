@@ -30,8 +30,8 @@ TEST(Metric, TheLibrary) {
     }
     EXPECT_EQ(
         names,
-        "bieron-l2 bieron-log cosine-rmse cube-root cwcbrt low-log nbrdf-loss ngan nielsen-log "
-        "paw-ciede2000 pawcielab rmse sun-log2 ");
+        "bieron-l2 bieron-log cosine-rmse cube-root cwcbrt gloss-contrast low-log nbrdf-loss ngan "
+        "nielsen-log paw-ciede2000 pawcielab rmse sun-log2 window-log ");
 }
 
 TEST(Metric, TheDegreeDecidesOnBounds) {
@@ -49,8 +49,9 @@ TEST(Metric, AnUnknownOneIsRefusedWithTheNamesThereAre) {
         EXPECT_STREQ(
             error.what(),
             "there is no metric \"cielab\"; the metrics are: bieron-l2, bieron-log, cosine-rmse, "
-            "cube-root, cwcbrt, low-log, nbrdf-loss, ngan, nielsen-log, paw-ciede2000, pawcielab, "
-            "rmse, sun-log2; a file of your own ends in .glsl");
+            "cube-root, cwcbrt, gloss-contrast, low-log, nbrdf-loss, ngan, nielsen-log, "
+            "paw-ciede2000, pawcielab, rmse, sun-log2, window-log; a file of your own ends in "
+            ".glsl");
     }
 }
 

@@ -155,7 +155,7 @@ TEST(Spheres, SayWhatTheyShow) {
     const Domain domain(kGrid);
     const VoxelList voxels(domain, VoxelSet::above_horizon);
     SlabReader reader(database, voxels);
-    reader.read(Slab(domain, voxels, 0, voxels.size()), [](std::size_t, auto) {});
+    reader.read(Slab(domain, voxels, 0, voxels.size()), [](std::size_t, auto, auto) {});
     const auto hashes = reader.material_hashes();
     const std::vector<std::size_t> materials = {2, 0, 1};
     render_spheres(test::lavapipe(), database, materials,

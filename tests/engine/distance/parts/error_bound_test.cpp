@@ -20,7 +20,7 @@ namespace {
 std::vector<const Metric*> all_metrics() {
     std::vector<const Metric*> all;
     for (const auto& metric : metrics()) {
-        if (metric.has_bound()) {
+        if (metric.has_degree()) {
             all.push_back(&metric);
         }
     }

@@ -1,0 +1,407 @@
+#include <gtest/gtest.h>
+#include <tbb/global_control.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <fstream>
+#include <numbers>
+#include <sstream>
+
+#include "engine/base/error.h"
+#include "engine/database/abc_database.h"
+#include "engine/distance/distances.h"
+#include "engine/distance/float64_distances.h"
+#include "engine/distance/parts/summary.h"
+#include "engine/metric/metric_library.h"
+#include "tests/engine/support.h"
+
+namespace merl::engine {
+
+/// tests/engine/metric/twins/, compiled by the build like the library.
+std::span<const BuiltMetric> built_test_metrics();
+
+namespace {
+
+using test::FunctionDatabase;
+
+Metric borders() {
+    const auto& built = built_test_metrics().back();
+    Metric metric;
+    metric.name = built.name;
+    metric.file = "window-borders.glsl";
+    metric.source = built.source;
+    metric.header = parse_metric_header(metric.source, metric.file);
+    metric.twin = built.twin;
+    return metric;
+}
+
+/// A library metric as if it were a user's.
+Metric without_twin(Metric metric) {
+    metric.twin = {};
+    return metric;
+}
+
+/// The layers of theta_d, or of theta_h, that have voxels in a window.
+std::vector<std::uint64_t> layers_in(const Metric& metric, std::uint32_t window, const Grid& grid,
+                                     bool of_theta_d) {
+    const Domain domain(grid);
+    const std::uint64_t layers = of_theta_d ? grid.theta_d : grid.theta_h;
+    std::vector<Voxel> voxels(kBlockVoxels);
+    for (std::uint64_t i = 0; i < layers; ++i) {
+        voxels[i] = domain.voxel(of_theta_d ? i * grid.phi_d : i * grid.phi_d * grid.theta_d);
+    }
+    BlockWeights weights;
+    metric.twin.window(metric.parameters, std::span<const Voxel, kBlockVoxels>(voxels), window,
+                       weights);
+    std::vector<std::uint64_t> inside;
+    for (std::uint64_t i = 0; i < layers; ++i) {
+        if (weights[i] > 0) {
+            inside.push_back(i);
+        }
+    }
+    return inside;
+}
+
+/// Of 9 layers of theta_d the centres are at 5, 15, 25 ... degrees; of 15 of theta_h the first is
+/// at 3/90 and the second at 9/90 of M_t; of 3 and 9 of theta_h one is at 22.5 degrees, and of 9 one
+/// at 40 - exactly, where the angle in radians is not.
+TEST(Summary, BordersAreDecidedExactly) {
+    const Metric metric = borders();
+    const auto layers = [&](std::uint32_t window, const Grid& grid, bool of_theta_d = false) {
+        return layers_in(metric, window, grid, of_theta_d);
+    };
+    using Layers = std::vector<std::uint64_t>;
+    EXPECT_EQ(layers(0, {.theta_h = 2, .theta_d = 9, .phi_d = 2}, true), (Layers{0, 1}));
+    EXPECT_EQ(layers(0, {.theta_h = 2, .theta_d = 90, .phi_d = 2}, true).front(), 5U);
+    EXPECT_EQ(layers(0, {.theta_h = 2, .theta_d = 90, .phi_d = 2}, true).back(), 24U);
+    EXPECT_EQ(layers(1, {.theta_h = 15, .theta_d = 2, .phi_d = 2}), (Layers{0}));
+    EXPECT_EQ(layers(1, {.theta_h = 90, .theta_d = 2, .phi_d = 2}), (Layers{3, 4, 5}));
+    EXPECT_EQ(layers(2, {.theta_h = 3, .theta_d = 2, .phi_d = 2}), (Layers{1}));
+    EXPECT_EQ(layers(2, {.theta_h = 9, .theta_d = 2, .phi_d = 2}), (Layers{4, 5}));
+    EXPECT_EQ(layers(2, {.theta_h = 33, .theta_d = 2, .phi_d = 2}).front(), 16U);
+    // 40 degrees is at 2/3 of M_t: 2k + 1 = 4n/3, which has no solution; the largest grid goes
+    // through the largest numbers.
+    EXPECT_EQ(layers(2, {.theta_h = 1023, .theta_d = 2, .phi_d = 2}).front(), 511U);
+    EXPECT_EQ(layers(2, {.theta_h = 1023, .theta_d = 2, .phi_d = 2}).back(), 681U);
+}
+
+/// The counts of the specification.
+TEST(Summary, WindowsOfTheLibraryOnTheGridOfMerl) {
+    const Metric& metric = find_metric("gloss-contrast");
+    const Domain domain({});
+    std::vector<std::uint64_t> counts(metric.header.windows.size());
+    std::vector<Voxel> voxels(kBlockVoxels);
+    BlockWeights weights;
+    for (std::uint64_t first = 0; first < Grid{}.voxels(); first += kBlockVoxels) {
+        const auto size = std::min<std::uint64_t>(kBlockVoxels, Grid{}.voxels() - first);
+        for (std::uint64_t k = 0; k < size; ++k) {
+            voxels[k] = domain.voxel(first + k);
+        }
+        for (std::uint32_t w = 0; w < counts.size(); ++w) {
+            metric.twin.window(metric.parameters, std::span<const Voxel, kBlockVoxels>(voxels), w,
+                               weights);
+            for (std::uint64_t k = 0; k < size; ++k) {
+                counts[w] += voxels[k].above_horizon() && weights[k] == 1 ? 1U : 0U;
+                EXPECT_TRUE(weights[k] == 0 || weights[k] == 1);
+            }
+        }
+    }
+    EXPECT_EQ(counts[0], 21'600U);
+    EXPECT_EQ(counts[1], 43'200U);
+    EXPECT_EQ(counts[2], 52'416U);
+    for (std::size_t w = 3; w + 1 < counts.size(); ++w) {
+        const std::array<std::uint64_t, 10> borders = {0, 3, 6, 12, 18, 27, 39, 54, 66, 78};
+        const auto all = (borders[w - 2] - borders[w - 3]) * 20 * 180;
+        EXPECT_LE(counts[w], all);
+        if (borders[w - 2] <= 75) {  // theta_h up to 62.5 degrees: nothing is below the horizon
+            EXPECT_EQ(counts[w], all) << w;
+        }
+    }
+}
+
+TEST(Summary, AnEmptyWindowIsNamed) {
+    const Metric& metric = find_metric("gloss-contrast");
+    EXPECT_EQ(empty_window(metric, {}), std::nullopt);
+    EXPECT_EQ(empty_window(metric, {.theta_h = 23, .theta_d = 23, .phi_d = 46}), std::nullopt);
+    for (std::uint32_t n = 2; n <= 22; ++n) {
+        EXPECT_NE(empty_window(metric, {.theta_h = n, .theta_d = n, .phi_d = 2 * n}), std::nullopt)
+            << n;
+    }
+    const auto small = make_abc_database({.theta_h = 6, .theta_d = 6, .phi_d = 12});
+    const Metric of_a_user = without_twin(metric);
+    for (const auto* one : {&metric, &of_a_user}) {
+        const Metric* const list[] = {one};
+        for (const bool in_shaders : {false, true}) {
+            try {
+                compute_distances(test::engines(in_shaders), *small, list);
+                FAIL() << in_shaders;
+            } catch (const InputError& error) {
+                EXPECT_NE(std::string(error.what()).find("\"lobe\" has no voxel"), std::string::npos)
+                    << error.what();
+                EXPECT_NE(std::string(error.what()).find("6 x 6 x 12"), std::string::npos);
+            }
+        }
+    }
+}
+
+/// Samples by voxel: one material without red in the whole of a window, one with gaps here and
+/// there, one without.
+double with_gaps(std::size_t material, std::uint64_t voxel, std::size_t channel) {
+    const double sample = std::abs(test::random_sample(material, voxel, channel));
+    if (material == 0 && channel == 0 && voxel < 24 * 11 * 10) {
+        return -1;
+    }
+    return material == 1 && (voxel * 7 + channel) % 5 == 0 ? -sample : sample;
+}
+
+TEST(Summary, MeansLeaveOutWhatWasNotMeasured) {
+    const Grid grid = {.theta_h = 24, .theta_d = 11, .phi_d = 24};
+    const FunctionDatabase database(grid, 3, with_gaps);
+    const Metric metric = borders();
+    const Metric of_a_user = without_twin(metric);
+    // Straight from the definition.
+    const Domain domain(grid);
+    std::vector<WindowMean> expected;
+    for (std::size_t m = 0; m < 3; ++m) {
+        for (std::uint32_t w = 0; w < 4; ++w) {
+            std::array<long double, 3> sums = {};
+            std::array<long double, 3> weights = {};
+            for (std::uint64_t k = 0; k < grid.voxels(); ++k) {
+                const Voxel v = domain.voxel(k);
+                const double degrees = 90.0 * (2 * v.theta_d_layer + 1) / (2.0 * v.theta_d_layers);
+                const double m_t = (v.theta_h_layer + 0.5) / 24;
+                const double weight =
+                    w == 0   ? (degrees >= 5 && degrees < 25 ? 1 : 0)
+                    : w == 1 ? (m_t >= 3 / 90.0 && m_t < 6 / 90.0 ? 1 : 0)
+                    : w == 2 ? (90 * m_t * m_t >= 22.5 && 90 * m_t * m_t < 40 ? 1 : 0)
+                             : std::max(0.0, v.theta_d - 0.7);
+                for (std::size_t c = 0; c < 3; ++c) {
+                    const double sample = with_gaps(m, k, c);
+                    if (v.above_horizon() && sample >= 0) {
+                        sums[c] += static_cast<long double>(weight) * sample;
+                        weights[c] += weight;
+                    }
+                }
+            }
+            auto& mean = expected.emplace_back();
+            for (std::size_t c = 0; c < 3; ++c) {
+                mean[c] = weights[c] > 0 ? static_cast<double>(sums[c] / weights[c]) : 0;
+            }
+        }
+    }
+    EXPECT_EQ(expected[1][0], 0);  // of the first material no red was measured there
+    EXPECT_GT(expected[1][1], 0);
+    // A metric that must not notice any of it beside one that does.
+    const Metric& other = find_metric("cwcbrt");
+    const Metric* const alone[] = {&other};
+    const std::array<std::array<const Metric*, 2>, 2> both = {{{&metric, &other},
+                                                               {&other, &of_a_user}}};
+    std::vector<std::vector<WindowMean>> found;
+    for (const bool in_shaders : {false, true}) {
+        const auto others =
+            compute_distances(test::engines(in_shaders), database, alone).distances[0];
+        for (std::size_t i = 0; i < both.size(); ++i) {
+            const auto result = compute_distances(test::engines(in_shaders), database, both[i]);
+            const auto& summary = result.distances[i];
+            ASSERT_EQ(summary.means.size(), expected.size());
+            for (std::size_t at = 0; at < expected.size(); ++at) {
+                for (std::size_t c = 0; c < 3; ++c) {
+                    EXPECT_NEAR(summary.means[at][c], expected[at][c], 1e-14 * expected[at][c]);
+                }
+            }
+            found.push_back(summary.means);
+            EXPECT_EQ(result.distances[1 - i], others);
+            const std::vector<MaterialPair> pairs = {{0, 1}, {0, 2}, {1, 2}};
+            const auto exact = float64_distances(database, metric, pairs);
+            for (std::size_t p = 0; p < pairs.size(); ++p) {
+                EXPECT_LE(std::abs(summary.values[p] - exact[p]), summary.bounds[p]);
+                EXPECT_LT(summary.bounds[p], 1e-12 * std::max(1.0, exact[p]));
+            }
+        }
+    }
+    for (const auto& means : found) {
+        EXPECT_EQ(means, found[0]);  // bit by bit, whatever computed them
+    }
+}
+
+TEST(Summary, DoesNotDependOnSlabSizeStagingOrThreads) {
+    const FunctionDatabase database({.theta_h = 40, .theta_d = 30, .phi_d = 36}, 13,
+                                    test::random_sample);
+    const Metric& metric = find_metric("gloss-contrast");
+    const Metric of_a_user = without_twin(metric);
+    const Metric* const both[] = {&metric, &of_a_user};
+    for (const auto use : {Engines::Use::rest, Engines::Use::everything}) {
+        Engines mapped(test::lavapipe(), use);
+        Engines staging(test::lavapipe_with_staging(), use);
+        const auto whole = compute_distances(mapped, database, both, {.memory_bytes = 24'000'000});
+        EXPECT_EQ(whole.distances[0].means, whole.distances[1].means);
+        for (const std::size_t threads : {1U, 2U, 5U}) {
+            const tbb::global_control control(tbb::global_control::max_allowed_parallelism,
+                                              threads);
+            const auto cut = compute_distances(threads == 2 ? staging : mapped, database, both,
+                                               {.memory_bytes = 14'000'000});
+            EXPECT_NE(cut.slabs, whole.slabs);
+            EXPECT_EQ(cut.distances, whole.distances);
+        }
+    }
+}
+
+/// Where shaders have no float64 the host does all of it.
+TEST(Summary, NeedsNoFloat64OfADevice) {
+    const auto database = make_abc_database({.theta_h = 30, .theta_d = 30, .phi_d = 60});
+    Engines without(test::lavapipe_without_float64());
+    const Metric* const both[] = {&find_metric("rmse"), &find_metric("gloss-contrast")};
+    const auto found = compute_distances(without, *database, both);
+    ASSERT_EQ(found.engines.size(), 2U);
+    EXPECT_EQ(found.engines[0].engine.engine, "vulkan");
+    EXPECT_EQ(found.engines[1].engine.engine, "host");
+    EXPECT_EQ(found.engines[1].metrics, std::vector<std::size_t>{1});
+    const Metric* const one[] = {&find_metric("gloss-contrast")};
+    Engines host({.device = kHost});
+    EXPECT_EQ(compute_distances(host, *database, one).distances[0], found.distances[1]);
+}
+
+/// What `tune` does: other parameters, the same means.
+TEST(Summary, FeaturesOfOtherParametersNeedNoSamples) {
+    const auto database = make_abc_database({.theta_h = 30, .theta_d = 30, .phi_d = 60});
+    const Metric& usual = find_metric("gloss-contrast");
+    const Metric other = open_metric("gloss-contrast:haze=2:profile=0");
+    const Metric* const both[] = {&usual, &other};
+    Engines host({.device = kHost});
+    const auto found = compute_distances(host, *database, both);
+    EXPECT_EQ(summary_distances(other, found.distances[0].means, twin_features(other),
+                                database->materials()),
+              found.distances[1]);
+}
+
+/// Distances of the built-in database by an independent program in float64, to nine digits.
+TEST(Summary, TheLibraryIsThatOfItsGoldenValues) {
+    const auto database = make_abc_database();
+    const std::array metrics = {open_metric("gloss-contrast:profile=0"),
+                                open_metric("gloss-contrast"), open_metric("window-log")};
+    std::vector<Metric> of_a_user;
+    for (const auto& metric : metrics) {
+        of_a_user.push_back(without_twin(metric));
+    }
+    std::vector<const Metric*> all;
+    for (std::size_t m = 0; m < metrics.size(); ++m) {
+        all.push_back(&metrics[m]);
+        all.push_back(&of_a_user[m]);
+    }
+    for (const bool in_shaders : {false, true}) {
+        const auto found = compute_distances(test::engines(in_shaders), *database, all);
+        std::ifstream golden(MERL_GLOSS_GOLDEN_CSV);
+        std::string line;
+        std::getline(golden, line);
+        std::size_t rows = 0;
+        for (; std::getline(golden, line); ++rows) {
+            std::istringstream fields(line);
+            std::array<std::uint32_t, 2> pair = {};
+            for (auto& material : pair) {
+                std::string name;
+                std::getline(fields, name, ',');
+                const auto& names = database->materials();
+                material =
+                    static_cast<std::uint32_t>(std::ranges::find(names, name) - names.begin());
+            }
+            const std::size_t index =  // pairs (0,1), (0,2) … (1,2) …
+                std::size_t{pair[0]} * (199 - pair[0]) / 2 + pair[1] - pair[0] - 1;
+            for (std::size_t m = 0; m < metrics.size(); ++m) {
+                std::string text;
+                std::getline(fields, text, ',');
+                const double allowed = metrics[m].is_summary() ? 1e-8 : 1e-5;
+                for (std::size_t copy = 0; copy < 2; ++copy) {
+                    EXPECT_NEAR(found.distances[2 * m + copy].values[index] / std::stod(text), 1,
+                                allowed)
+                        << line << " " << m << " " << copy;
+                }
+            }
+        }
+        EXPECT_EQ(rows, 24U);
+    }
+}
+
+/// A summary of these lines as a user's file, computed; what is wrong with it.
+std::string fault_of(const std::string& lines, const Database& database) {
+    const Metric metric = test::metric_of(lines);
+    const Metric* const one[] = {&metric};
+    try {
+        compute_distances(test::shader_engines(), database, one);
+    } catch (const InputError& error) {
+        return error.what();
+    }
+    return "";
+}
+
+TEST(Summary, WhatIsWrongWithAFileIsNamed) {
+    const FunctionDatabase database({.theta_h = 7, .theta_d = 6, .phi_d = 8}, 3,
+                                    test::random_sample);
+    const std::string header = "// window: all of it\n// features: 2\n// parameter: x = 0 in [0, 1] d\n";
+    const std::string window = "float window(int w, Voxel v) { return 1.0; }\n";
+    const std::string feature = "float feature(int i, Means m) { return m.rgb[all].x; }\n";
+    EXPECT_EQ(fault_of(header + window + feature, database), "");
+    const auto expect = [&](const std::string& lines, const std::vector<std::string>& parts) {
+        const auto fault = fault_of(header + lines, database);
+        for (const auto& part : parts) {
+            EXPECT_NE(fault.find(part), std::string::npos) << fault << "\n" << part;
+        }
+    };
+    for (const std::string wrong : {"v.cos_theta_i - 0.9", "1.0 / x", "log(-1.0 - v.s_merl)",
+                                    "float(1 / int(x))", "-1.0"}) {
+        expect("float window(int w, Voxel v) { return " + wrong + "; }\n" + feature,
+               {"window(all, v) is ", "at voxel ", "theta_h"});
+    }
+    for (const std::string wrong :
+         {"log(-1.0 - m.rgb[all].x)", "m.rgb[all].x / x", "m.rgb[i].x", "float(1 / int(x))"}) {
+        expect(window + "float feature(int i, Means m) { return " + wrong + "; }\n",
+               {"feature(", "material \"", "all ("});
+    }
+    expect(window + "float feature(int i, Means m) { float s = 0.0; for (;;) { s += 1.0; } return s; }",
+           {"feature(0, m)", "goes wrong"});
+    expect(feature, {"there is no \"float window(int w, Voxel v)\""});
+    expect(window, {"there is no \"float feature(int i, Means m)\""});
+    expect(window + "float feature(int i, Means m) { float s; return s; }",
+           {"my.glsl:5: ", "before it has a value"});
+    expect("float window(int w, Voxel v) { return float(gl_SubgroupSize); }\n" + feature,
+           {"my.glsl:4: ", "gl_SubgroupSize"});
+    expect("float seen = 0.0;\nfloat window(int w, Voxel v) { seen += 1.0; return seen; }\n" + feature,
+           {"\"seen\" is a variable of the whole file"});
+    expect(window + "float feature(int i, Means m) { return 1e200 * m.rgb[all].x; }", {"beyond"});
+}
+
+/// A window that only some voxels are in may be anywhere in a block, and of any weight.
+TEST(Summary, OfAUserHasAnyWindow) {
+    const FunctionDatabase database({.theta_h = 13, .theta_d = 11, .phi_d = 17}, 3,
+                                    test::random_sample);
+    const Metric metric = test::metric_of(
+        "// window: one some\n// window: other the rest\n// features: 1\n"
+        "float window(int w, Voxel v) {\n"
+        "    bool some = int(v.phi_d * 1000.0) % 7 == 0;\n"
+        "    return some == (w == one) ? v.cos_theta_i : 0.0;\n}\n"
+        "float feature(int i, Means m) { return m.rgb[one].x + 2.0 * m.rgb[other].y; }\n");
+    const Metric* const list[] = {&metric};
+    const auto found = compute_distances(test::shader_engines(), database, list).distances[0];
+    const Domain domain(database.grid());
+    std::array<double, 3> features = {};
+    for (std::size_t m = 0; m < features.size(); ++m) {
+        std::array<double, 2> sums = {};
+        std::array<double, 2> weights = {};
+        for (std::uint64_t k = 0; k < database.grid().voxels(); ++k) {
+            const Voxel v = domain.voxel(k);
+            const std::size_t w = static_cast<int>(v.phi_d * 1000.0) % 7 == 0 ? 0 : 1;
+            const double sample = test::random_sample(m, k, w);
+            if (v.above_horizon() && sample >= 0) {
+                sums[w] += v.cos_theta_i * sample;
+                weights[w] += v.cos_theta_i;
+            }
+        }
+        features[m] = sums[0] / weights[0] + 2 * sums[1] / weights[1];
+    }
+    EXPECT_NEAR(found.values[0], std::abs(features[0] - features[1]), 1e-11 * features[0]);
+    EXPECT_NEAR(found.values[1], std::abs(features[0] - features[2]), 1e-11 * features[0]);
+    EXPECT_NEAR(found.values[2], std::abs(features[1] - features[2]), 1e-11 * features[1]);
+}
+
+}  // namespace
+}  // namespace merl::engine
