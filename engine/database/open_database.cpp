@@ -27,8 +27,8 @@ struct Kind {
 
 std::vector<MaterialSource> list_merl(const std::string& name) {
     std::vector<MaterialSource> sources;
-    for (const auto& entry : list_merl_files(name)) {
-        sources.push_back({entry.material, [entry] { return open_merl_file(entry.path); }});
+    for (const auto& file : list_merl_files(name)) {
+        sources.push_back({file.material, [file] { return open_merl_file(file.path); }});
     }
     return sources;
 }
