@@ -256,6 +256,7 @@ void add_database(CLI::App& program, Command& chosen) {
         "Examples:\n"
         "  merl-scan database info ~/merl/brdfs\n"
         "  merl-scan database info ~/merl/brdfs/chrome.binary\n"
+        "  merl-scan database info ~/rgl\n"
         "\n"
         "A file that cannot be used, that looks like a broken copy, or that has the content of\n"
         "another is named with the reason, the others are still listed, and the exit status is 3.");

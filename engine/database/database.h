@@ -63,6 +63,11 @@ class Database {
     virtual void read(std::size_t material, VoxelRange range, std::span<double> samples,
                       const SampleSink& sink = {}) const = 0;
 
+    /// Lets it keep samples that take time to compute, at most so many bytes of them, so that
+    /// reading them again is quick; more than one call: the largest. Returns how many it will keep
+    /// at most; none where reading is quick anyway. Whoever bounds memory counts them.
+    virtual std::uint64_t keep([[maybe_unused]] std::uint64_t bytes) const { return 0; }
+
   protected:
     Database(std::string name, std::string kind, std::string path = {})
         : name_(std::move(name)), kind_(std::move(kind)), path_(std::move(path)) {}

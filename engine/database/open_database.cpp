@@ -10,6 +10,7 @@
 #include "engine/base/error.h"
 #include "engine/database/abc_database.h"
 #include "engine/database/merl_directory.h"
+#include "engine/database/rgl_database.h"
 #include "engine/database/subset_database.h"
 
 namespace merl::engine {
@@ -25,10 +26,13 @@ struct Kind {
     std::vector<MaterialSource> (*list)(const std::string& name) = nullptr;
 };
 
-std::vector<MaterialSource> list_merl(const std::string& name) {
+std::vector<MaterialSource> sources_of(
+    const std::vector<MaterialFile>& files,
+    const std::function<std::unique_ptr<Database>(const std::filesystem::path&)>& open) {
     std::vector<MaterialSource> sources;
-    for (const auto& entry : list_merl_files(name)) {
-        sources.push_back({entry.material, [entry] { return open_merl_file(entry.path); }});
+    sources.reserve(files.size());
+    for (const auto& file : files) {
+        sources.push_back({file.material, [file, open] { return open(file.path); }});
     }
     return sources;
 }
@@ -38,8 +42,16 @@ const std::array kKinds = {
     Kind{"built-in (the stand-in database)",
          [](const std::string& name) { return name.empty() || name == kBuiltIn; },
          [](const std::string&) { return make_abc_database(); }},
+    Kind{"a directory of RGL .bsdf files (isotropic, RGB)",
+         [](const std::string& name) { return is_rgl(name); },
+         [](const std::string& name) { return open_rgl_directory(name); },
+         [](const std::string& name) {
+             return sources_of(list_rgl_files(name),
+                               [](const auto& path) { return open_rgl_file(path); });
+         }},
     Kind{"a directory of MERL .binary files", [](const std::string&) { return true; },
-         [](const std::string& name) { return open_merl_directory(name); }, list_merl},
+         [](const std::string& name) { return open_merl_directory(name); },
+         [](const std::string& name) { return sources_of(list_merl_files(name), open_merl_file); }},
 };
 
 const Kind& kind_of(const std::string& name) {

@@ -24,6 +24,8 @@ class SubsetDatabase final : public Database {
         whole_->read(places_.at(material), range, samples, sink);
     }
 
+    std::uint64_t keep(std::uint64_t bytes) const override { return whole_->keep(bytes); }
+
   private:
     std::shared_ptr<const Database> whole_;
     std::vector<std::size_t> places_;  // of the materials in the whole

@@ -85,6 +85,7 @@ DistanceResult compute_distances(Engines& engines, const Database& database,
     const VoxelList voxels(domain, options.voxels);
     workload.voxels = voxels.size();
     const SlabPlan plan = plan_slabs(needs, options.memory_bytes, workload);
+    database.keep(std::min(options.memory_bytes - plan.bytes, options.memory_bytes / 2));
     double done = 0;
     const std::function<void()> report = [&] {
         if (options.progress) {

@@ -284,7 +284,7 @@ std::vector<std::vector<double>> float64_distances(const Database& database,
         pair_count += request.pairs.size();
     }
     const Budget budget = {
-        .memory_bytes = memory_bytes,
+        .memory_bytes = memory_bytes - database.keep(memory_bytes / 2),
         .threads = static_cast<std::uint64_t>(tbb::this_task_arena::max_concurrency())};
     const std::size_t size = group_size(requests, materials.size(), pair_count, budget);
     const auto group = [&](std::size_t first) {

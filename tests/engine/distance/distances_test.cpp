@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
+#include <atomic>
 #include <cmath>
 #include <memory>
 #include <string>
@@ -254,6 +255,61 @@ TEST(Distances, DoNotDependOnSlabSizeOrThreadsWithoutFloat64InShaders) {
         EXPECT_NE(cut.slabs, whole.slabs);
         EXPECT_EQ(cut.distances, whole.distances);
     }
+}
+
+/// A database that would keep all that it may, and says how much that was and how often it was
+/// read.
+class KeepingDatabase final : public MemoryDatabase {
+  public:
+    explicit KeepingDatabase(bool keeps)
+        : MemoryDatabase("keeping", {.theta_h = 20, .theta_d = 20, .phi_d = 40}, names(),
+                         test::random_sample),
+          keeps_(keeps) {}
+
+    std::uint64_t keep(std::uint64_t bytes) const override {
+        most = std::max(most, bytes);
+        return keeps_ ? bytes : 0;
+    }
+    void read(std::size_t material, VoxelRange range, std::span<double> samples,
+              const SampleSink& sink) const override {
+        ++reads;
+        MemoryDatabase::read(material, range, samples, sink);
+    }
+
+    mutable std::uint64_t most = 0;
+    mutable std::atomic<int> reads = 0;
+
+  private:
+    static std::vector<std::string> names() {
+        std::vector<std::string> names;
+        for (char name = 'a'; name <= 'z'; ++name) {
+            names.emplace_back(1, name);
+        }
+        return names;
+    }
+    bool keeps_;
+};
+
+TEST(Distances, LeaveAPartOfTheMemoryToTheDatabase) {
+    const Metric* const one[] = {&find_metric("cwcbrt")};
+    Engines host({.device = kHost});
+    const KeepingDatabase large(true);
+    compute_distances(host, large, one, {.memory_bytes = 100'000'000});
+    EXPECT_EQ(large.most, 50'000'000U);
+    const KeepingDatabase small(true);
+    compute_distances(host, small, one, {.memory_bytes = 1'000'000});
+    EXPECT_LT(small.most, 500'000U);  // slabs come first
+    // Refining goes by what is left: with half of the memory materials are read more often.
+    const Float64Request request = {one[0], all_pairs(26)};
+    const auto reads = [&](bool keeps, std::uint64_t memory) {
+        const tbb::global_control control(tbb::global_control::max_allowed_parallelism, 1);
+        const KeepingDatabase database(keeps);
+        float64_distances(database, {&request, 1}, VoxelSet::above_horizon, {}, memory);
+        EXPECT_EQ(database.most, memory / 2);
+        return database.reads.load();
+    };
+    EXPECT_EQ(reads(true, 2'000'000), reads(false, 1'000'000));
+    EXPECT_GT(reads(true, 2'000'000), reads(false, 2'000'000));
 }
 
 TEST(Distances, StayWithinTheMemoryTheyMayTake) {

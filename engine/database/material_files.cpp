@@ -1,0 +1,63 @@
+#include "engine/database/material_files.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <system_error>
+#include <tuple>
+
+#include "engine/base/error.h"
+
+namespace merl::engine {
+
+MaterialFile::MaterialFile(const std::filesystem::path& file)
+    : material(file.stem().string()), path(file) {}
+
+bool has_extension(const std::filesystem::path& path, std::string_view extension) {
+    return std::ranges::equal(path.extension().string(), extension, {},
+                              [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+}
+
+std::vector<MaterialFile> list_material_files(const std::filesystem::path& directory,
+                                              std::string_view extension) {
+    std::vector<MaterialFile> files;
+    try {
+        for (const auto& file : std::filesystem::directory_iterator(directory)) {
+            const auto& path = file.path();
+            if (has_extension(path, extension) && path.filename().string().front() != '.') {
+                files.emplace_back(path);
+            }
+        }
+    } catch (const std::filesystem::filesystem_error& error) {
+        std::error_code none;
+        throw InputError(fmt::format(
+            "{}: cannot be read as a directory of {} files: {}{}", directory.string(), extension,
+            error.code().message(),
+            std::filesystem::is_regular_file(directory, none) && has_extension(directory, extension)
+                ? "; a database is the directory that the file is in"
+                : ""));
+    }
+    std::ranges::sort(files, [](const MaterialFile& a, const MaterialFile& b) {
+        return std::tie(a.material, a.path) < std::tie(b.material, b.path);
+    });
+    const auto twin = std::ranges::adjacent_find(files, {}, &MaterialFile::material);
+    if (twin != files.end()) {
+        throw InputError(fmt::format("{} and {} name the same material; material names must differ",
+                                     twin->path.string(), std::next(twin)->path.string()));
+    }
+    return files;
+}
+
+std::vector<MaterialFile> list_database_files(const std::filesystem::path& directory,
+                                              std::string_view extension) {
+    auto files = list_material_files(directory, extension);
+    if (files.size() < 2) {
+        throw InputError(fmt::format("{}: found {} {} file{}; a scan needs at least two materials",
+                                     directory.string(), files.size(), extension,
+                                     files.size() == 1 ? "" : "s"));
+    }
+    return files;
+}
+
+}  // namespace merl::engine
