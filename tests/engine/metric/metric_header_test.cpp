@@ -87,7 +87,7 @@ TEST(MetricHeader, WrongLinesAreNamed) {
     const std::string hash = kHash;
     const std::string words = " Somebody 2019";
     for (const auto& fitted :
-         {std::string(), hash, hash + " ", hash.substr(1) + words, hash + "0" + words,
+         {std::string(), hash, hash + " ", hash.substr(1) + words, std::string(65, '0') + words,
           std::string(64, 'g') + words, std::string(64, 'A') + words, words + hash}) {
         expect_refused("// title: x\n// fitted: " + fitted,
                        "my.glsl:2: what the metric was fitted");
