@@ -110,7 +110,9 @@ Pass make_pass(std::span<const Float64Request> requests, std::span<const std::ui
             ++place;
         }
         pass.pairs += part.pairs.size();
-        pass.parts.push_back(std::move(part));
+        if (!part.pairs.empty()) {  // of a metric without a twin nothing is asked for
+            pass.parts.push_back(std::move(part));
+        }
     }
     pass.materials = materials_of(pass.parts);
     const auto in_pass = [&](std::uint32_t material) {

@@ -14,7 +14,7 @@ namespace merl::engine {
 
 using MaterialPair = std::pair<std::uint32_t, std::uint32_t>;
 
-/// Some pairs of materials under one metric with a twin that is no summary.
+/// Some pairs of materials under one metric, which has a twin and is no summary if there are any.
 struct Float64Request {
     const Metric* metric;
     std::vector<MaterialPair> pairs;

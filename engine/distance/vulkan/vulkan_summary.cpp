@@ -187,7 +187,7 @@ Features VulkanSummary::features(const std::function<void()>& meanwhile) {
         Buffer to(*context_, found.size_bytes(), Traffic::download);
         std::ranges::copy(std::as_bytes(means), from.host().begin());
         const auto kernel = bind(*context_, feature_, {&from, &to});
-        device::Submission submission(*context_, 0);
+        device::Submission submission(*context_);
         submission.begin();
         submission.upload(from, from.bytes());
         submission.dispatch(kernel, bytes_of(FeaturePush{rows, metric_->header.features}),

@@ -75,7 +75,7 @@ class Summary(Case):
         self.assert_success("score", "--database", "db", "--judgements", "judgements.csv", "--metrics",
                             "gloss-contrast,rmse", "--out", "scored")
         scored = read_json(self.work / "scored" / "summary.json")
-        self.assertEqual([m["undecided"] for m in scored["scores"]], [0, 0])
+        self.assertEqual([m["undecided"] for m in scored["metrics"]], [0, 0])
         listed = self.assert_success("metrics")
         for part in ("summary: 15 features of the means over 13 windows", "lobe: G, 7 <= theta_h < 15", "profile=0.0084"):
             self.assertIn(part, listed)
@@ -139,7 +139,7 @@ class Summary(Case):
             "\"float feature(int i, Means m)\"": HEADER + WINDOW,
             "mine.glsl:5": HEADER + WINDOW + "float feature(int i, Means m) { return m.rgb[part].y; }\n",
             "window(whole, v) is -1": HEADER + WINDOW.replace("1.0", "-1.0") + FEATURE,
-            "feature(0, m) is ": HEADER + WINDOW + FEATURE.replace("return ", "return sqrt(-1.0) + "),
+            "feature(0, m) is ": HEADER + WINDOW + FEATURE.replace("return ", "return sqrt(-1.0 - m.rgb[whole].x) + "),
             "material \"made-up": HEADER + WINDOW + FEATURE.replace("return m", "return log(0.0 * m.rgb[whole].x) + m"),
             "\"whole\" has no voxel": HEADER + WINDOW.replace("1.0", "0.0") + FEATURE,
             "calls itself": HEADER + WINDOW + "float f(float x) { return f(x); }\n" + FEATURE.replace("m.rgb", "f(1.0) + m.rgb"),
