@@ -93,7 +93,6 @@ TEST(Judgements, WithoutAVoteAreNone) {
                                                kMaterials);
     EXPECT_EQ(judgements.list.size(), 2);  // one of its two rows has votes
     EXPECT_EQ(judgements.without_votes, 1);
-    EXPECT_EQ(judgements.clusters, 2);
 }
 
 void expect_refused(const JudgementFile& file, const std::vector<std::string>& words) {
