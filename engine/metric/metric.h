@@ -95,7 +95,7 @@ struct Metric {
 
     /// Whether it is proven to be a pseudometric (docs/metrics.md, "Is it a metric?"): the root of
     /// a weighted sum of |d|^p keeps the triangle inequality; of any other difference nobody knows.
-    bool is_pseudometric() const { return header.degree > 0; }
+    bool is_pseudometric() const { return has_degree() || is_summary(); }
 
     /// Whether its bound needs ranges and slopes (docs/numerics.md): a power below one is steep
     /// near zero.

@@ -194,7 +194,7 @@ class OtherDevices(Case):
                                 **self.on(device))
             tables.append(read_csv(self.work / "out" / "distances.csv"))
         (header, expected), (same, found) = tables
-        self.assertEqual(len(header), 15)  # on this grid windows of gloss-contrast are empty
+        self.assertEqual(len(header), 16)  # on this grid windows of gloss-contrast are empty
         self.assertEqual(same, header)
         for row, other in zip(expected, found, strict=True):
             for name, value, distance in zip(header[2:], row[2:], other[2:], strict=True):

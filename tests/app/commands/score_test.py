@@ -122,7 +122,7 @@ class Score(Case):
         summary = self.assert_scores(results, merged)
         judgements = summary["judgements"]
         self.assertEqual(judgements["format"], "reference CSV")
-        self.assertEqual((judgements["rows"], judgements["configurations"]), (160, len(merged)))
+        self.assertEqual((judgements["rows"], judgements["configurations"]), (160, sum(any(row[-3:]) for row in merged)))
         self.assertEqual(judgements["untied"], sum(left != right for *_, left, _, right in merged))
         self.assertEqual(judgements["votes"], sum(row[3] + row[4] for row in rows))
         intervals = summary["intervals"]
@@ -212,7 +212,7 @@ class Score(Case):
         row = dict(zip(header, table[0]))
         self.assertLess(float(row["slope_high"]), 0)
         self.assertEqual(float(row["log_likelihood_per_vote"]), math.log(0.5))
-        self.assertAlmostEqual(float(row["log_likelihood"]), 80 * 9 * math.log(0.5))
+        self.assertAlmostEqual(float(row["log_likelihood"]), len(rows) * 9 * math.log(0.5))
         self.assertEqual(row["log_likelihood_per_vote_low"], "")
         metric = read_json(results / "summary.json")["metrics"][0]
         self.assertIn("below 0", metric["log_likelihood_per_vote"]["too_few"])
