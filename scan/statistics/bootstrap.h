@@ -22,8 +22,7 @@ struct BootstrapOptions {
 
 /// Fewer clusters than this say too little about how clusters differ for an interval: of four, one
 /// bootstrap sample in 256 is the same cluster four times, of three one in 27, which is more than
-/// the 2.5 % that an interval leaves out at either end; and simulated experiments have shown that
-/// the intervals hold from five on (docs/experiment.md).
+/// the 2.5 % that an interval leaves out at either end.
 inline constexpr std::uint32_t fewest_clusters = 5;
 
 /// With fewer bootstrap samples the 2.5 % at either end are less than one of them.

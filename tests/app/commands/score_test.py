@@ -93,7 +93,7 @@ class Score(Case):
                 if figure.startswith("log") and float(row["slope"]) < 0:  # that of chance
                     self.assertEqual(row[figure + "_low"], "")
                     continue
-                if int(row["ties"]) == sum(any(r[-3:]) for r in rows):  # nothing that could differ between samples
+                if int(row["ties"]) == len(rows):  # nothing that could differ between samples
                     self.assertEqual((row[figure + "_low"], row[figure + "_high"]), ("", ""))
                     continue
                 self.assertLessEqual(float(row[figure + "_low"]), float(row[figure]))
@@ -118,11 +118,13 @@ class Score(Case):
         write_rows(self.work / "votes.csv", REFERENCE, rows)
         results = self.score()
         self.assertEqual(sorted(os.listdir(results)), FILES)
-        merged = self.merged(rows)
+        everything = self.merged(rows)
+        merged = [row for row in everything if row[2] + row[4] > 0]
         summary = self.assert_scores(results, merged)
         judgements = summary["judgements"]
         self.assertEqual(judgements["format"], "reference CSV")
-        self.assertEqual((judgements["rows"], judgements["configurations"]), (160, sum(any(row[-3:]) for row in merged)))
+        self.assertEqual((judgements["rows"], judgements["configurations"]), (160, len(merged)))
+        self.assertEqual(judgements["without_votes"], len(everything) - len(merged))
         self.assertEqual(judgements["untied"], sum(left != right for *_, left, _, right in merged))
         self.assertEqual(judgements["votes"], sum(row[3] + row[4] for row in rows))
         intervals = summary["intervals"]
@@ -156,6 +158,7 @@ class Score(Case):
             rows.append((left, right, self.votes(), self.votes(), self.votes()))
         write_rows(self.work / "votes.csv", CONFIGURATION,
                    [[*left, *right, *votes] for left, right, *votes in rows])
+        rows = [row for row in rows if any(row[2:])]  # the others nobody judged
         summary = self.assert_scores(self.score(), rows)
         shared = {m for left, right, *_ in rows for m in set(left) & set(right)}
         alone = sum(not set(left) & set(right) for left, right, *_ in rows)
