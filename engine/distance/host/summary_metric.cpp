@@ -72,8 +72,8 @@ void SummaryMetric::weigh(const Slab& slab) {
                              static_cast<std::uint32_t>(at % windows), weights);
         std::ranges::fill(std::span(weights).subspan(slab.filled(block)), 0.0);
         const auto is_inside = [](double weight) { return weight != 0; };
-        const auto first = std::ranges::find_if(weights, is_inside);
-        const auto last = std::find_if(weights.rbegin(), weights.rend(), is_inside).base();
+        const auto* const first = std::ranges::find_if(weights, is_inside);
+        const auto* const last = std::find_if(weights.rbegin(), weights.rend(), is_inside).base();
         auto& part = parts_[at];
         part = {};
         if (first == weights.end()) {
