@@ -173,13 +173,13 @@ std::vector<std::string> notes_on(const scan::Score& score) {
         "Dots are the judgements as they are, bars 95 % bootstrap intervals over clusters. The "
         "ceiling is what the votes themselves allow."};
     if (std::ranges::any_of(score.metrics, &scan::MetricScore::opposed)) {
-        notes.push_back(
+        notes.emplace_back(
             "Open circles: the slope is below 0, people do the opposite of the metric; what it "
             "says "
             "itself is no likelier than chance.");
     }
     if (std::ranges::any_of(score.metrics, &scan::MetricScore::selected)) {
-        notes.push_back(
+        notes.emplace_back(
             "* Circular: what was judged are disagreements of this metric with another. Not to be "
             "compared with the others.");
     }
