@@ -52,7 +52,8 @@ std::string make_twin(const std::string& text_template, const std::string& summa
     }
     std::string windows;
     for (std::size_t w = 0; w < header.windows.size(); ++w) {
-        windows += fmt::format("    static constexpr int {} = {};\n", header.windows[w].name, w);
+        windows += fmt::format("    [[maybe_unused]] static constexpr int {} = {};\n",
+                               header.windows[w].name, w);
     }
     const auto name = std::filesystem::path(path).stem().string();
     std::string result = read(header.features > 0 ? summary_template : text_template);

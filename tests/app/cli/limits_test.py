@@ -102,7 +102,7 @@ class Taken(Case):
         beyond what it always takes."""
         (self.work / name).write_bytes(text.encode())
         most = self.taken(*command, status=status)
-        self.assertLess(most, self.taken("--version") + 16 * MIB + times * len(text))
+        self.assertLess(most, self.taken("--version") + 20 * MIB + times * len(text))
 
     def test_kits(self):
         numbers = random.Random(3)
