@@ -84,8 +84,8 @@ Metric without_twin(Metric metric) {
 
 /// Of the whole library, or of copies of it as users' files.
 void expect_library_as_reference(Engines& engines, bool of_a_user = false) {
-    // Enough layers of theta_h for the windows of summaries, and no colours whose hues are opposite:
-    // there CIEDE2000 jumps, and a user's copy of it would be refused.
+    // Enough layers of theta_h for the windows of summaries, and no colours whose hues are
+    // opposite: there CIEDE2000 jumps, and a user's copy of it would be refused.
     const auto database = make_abc_database({.theta_h = 24, .theta_d = 11, .phi_d = 22});
     std::vector<Metric> library(metrics().begin(), metrics().end());
     library.push_back(open_metric("sun-log2:epsilon=0.5"));
@@ -107,7 +107,7 @@ void expect_library_as_reference(Engines& engines, bool of_a_user = false) {
     for (std::size_t m = 0; m < chosen.size(); ++m) {
         const auto expected = float64_distances(*database, library[m], some);
         // Without a degree the difference is what float32 and the device's functions make of it.
-        const double allowed = chosen[m]->is_summary()   ? 1e-12
+        const double allowed = chosen[m]->is_summary()  ? 1e-12
                                : chosen[m]->has_bound() ? 2e-6
                                                         : 1e-4;
         for (std::size_t p = 0; p < some.size(); ++p) {

@@ -35,8 +35,8 @@ void expect_valid(const Metric& metric, const device::FloatControls& floats = {.
         }
     }
     if (metric.is_summary()) {
-        for (const auto* kernel : {&kernels.window, &kernels.window_parts, &kernels.window_sums,
-                                   &kernels.feature}) {
+        for (const auto* kernel :
+             {&kernels.window, &kernels.window_parts, &kernels.window_sums, &kernels.feature}) {
             expect_valid(*kernel, metric.name + " summary");
         }
         return;
