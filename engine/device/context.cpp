@@ -32,26 +32,35 @@ VKAPI_ATTR VkBool32 VKAPI_CALL keep_message(VkDebugUtilsMessageSeverityFlagBitsE
     return VK_FALSE;
 }
 
-/// The file for this device and version of its driver, whose pipelines no other can use.
+/// The file for this device, whose driver's next version takes the place of this one.
 std::filesystem::path pipelines_file(const std::filesystem::path& directory,
                                      const vk::PhysicalDeviceProperties& device) {
+    return directory / fmt::format("pipelines-{:04x}-{:04x}.bin", device.vendorID, device.deviceID);
+}
+
+/// The version of the driver, whose pipelines no other can use: what its file begins with.
+std::string pipelines_version(const vk::PhysicalDeviceProperties& device) {
     const std::string uuid(device.pipelineCacheUUID.begin(), device.pipelineCacheUUID.end());
-    return directory / fmt::format("pipelines-{}.bin",
-                                   hash_of(fmt::format("{} {} {} {}", uuid, device.vendorID,
-                                                       device.deviceID, device.driverVersion)));
+    return hash_of(
+        fmt::format("{} {} {} {}", uuid, device.vendorID, device.deviceID, device.driverVersion));
 }
 
 /// With what was kept in the directory, unless that is empty. Drivers need not survive bytes that
 /// they have not written, so they get no others.
 void open_pipelines(Context::Handles& h, const std::filesystem::path& directory) {
-    std::optional<std::string> kept;
+    std::string bytes;
     if (!directory.empty()) {
-        h.pipelines_file = pipelines_file(directory, h.physical.getProperties());
-        kept = read_kept(h.pipelines_file, kMostPipelineBytes);
+        const auto device = h.physical.getProperties();
+        h.pipelines_file = pipelines_file(directory, device);
+        h.pipelines_version = pipelines_version(device);
+        const auto kept = read_kept(h.pipelines_file, kMostPipelineBytes);
+        if (kept && kept->starts_with(h.pipelines_version)) {
+            bytes = kept->substr(h.pipelines_version.size());
+            h.kept_pipelines = hash_of(*kept);
+        }
     }
-    h.kept_pipelines = kept ? hash_of(*kept) : "";
     guarded("creating a pipeline cache", [&] {
-        h.pipelines = {h.device, {{}, kept ? kept->size() : 0, kept ? kept->data() : nullptr}};
+        h.pipelines = {h.device, {{}, bytes.size(), bytes.data()}};
     });
 }
 
@@ -61,7 +70,7 @@ void keep_pipelines(const Context::Handles& h) noexcept {
     }
     try {
         const auto data = h.pipelines.getData();
-        const std::string_view bytes(reinterpret_cast<const char*>(data.data()), data.size());
+        const std::string bytes = h.pipelines_version + std::string(data.begin(), data.end());
         if (bytes.size() > kMostPipelineBytes) {
             std::filesystem::remove(h.pipelines_file);  // the next run begins anew
         } else if (hash_of(bytes) != h.kept_pipelines) {

@@ -34,6 +34,7 @@ struct Context::Handles {
     std::uint64_t timestamp_mask = 0;    // the bits of a timestamp that count
     DeviceInfo info;
     std::filesystem::path pipelines_file;  // where they are kept; empty: nowhere
+    std::string pipelines_version;         // of the driver, with which they begin there
     std::string kept_pipelines;            // the hash of what was there; empty: nothing
 
     bool hangs = false;  // it did not end work in time: nothing waits for it any more

@@ -354,6 +354,21 @@ class OtherDevices(Case):
             self.results("kind=discrete", "--force")
             self.assertEqual({path: path.read_bytes() for path in kept.iterdir()}, mended)
 
+    def test_pipelines_of_another_driver(self):
+        """They are whole, and no other version of the driver may see them: it takes their place."""
+        self.kept = self.new_cache()
+        expected, _ = self.results("kind=discrete")
+        kept = self.kept / "merl-scan"
+        (path,) = kept.glob("pipelines-*")
+        whole = path.read_bytes()
+        beginning, _, content = whole.split(b"\n", 2)
+        other = b"0" * 32 + content[32:]
+        path.write_bytes(b"\n".join([beginning, xxh3_128(other).encode(), other]))
+        selection, _ = self.results("kind=discrete", "--force")
+        self.assertEqual(selection, expected)
+        self.assertEqual(list(kept.glob("pipelines-*")), [path])
+        self.assertEqual(path.read_bytes().split(b"\n", 2)[2][:32], content[:32])
+
     def test_nothing_can_be_kept(self):
         self.kept = self.new_cache()
         self.kept.write_text("a file")
