@@ -6,14 +6,15 @@
 #include <algorithm>
 #include <array>
 #include <filesystem>
+#include <optional>
 #include <span>
-#include <stdexcept>
 #include <utility>
 
 #include "engine/base/csv_reader.h"
 #include "engine/base/error.h"
 #include "engine/base/file.h"
 #include "engine/base/number.h"
+#include "engine/database/kept_samples.h"
 
 namespace merl::engine {
 namespace {
@@ -111,16 +112,18 @@ std::vector<Figures> parse_table(const Model& model, const std::string& table,
 
 class ModelDatabase final : public Database {
   public:
-    ModelDatabase(const Model& model, const std::string& table, std::string name,
-                  const std::string& table_name, std::string kind, std::string path,
-                  const Grid& grid)
+    ModelDatabase(const Model& model, std::vector<Figures> rows, std::string name, std::string kind,
+                  std::string path, const Grid& grid)
         : Database(std::move(name), std::move(kind), std::move(path)),
           model_(model),
           domain_(grid),
-          rows_(parse_table(model, table, table_name)) {
+          rows_(std::move(rows)) {
         grid_ = grid;
         for (const auto& row : rows_) {
             materials_.push_back(row.material);
+        }
+        if (!model.header.slow.empty()) {
+            kept_.emplace(grid, rows_.size());
         }
     }
 
@@ -130,24 +133,36 @@ class ModelDatabase final : public Database {
         if (sink && range.first == 0) {
             identify(figures, sink);
         }
+        if (!kept_) {
+            evaluate(figures, range, samples);
+            return;
+        }
+        kept_->read(material, range, samples, [&](VoxelRange part, std::span<double> planes) {
+            evaluate(figures, part, planes);
+        });
+    }
+
+    std::uint64_t keep(std::uint64_t bytes) const override {
+        return kept_ ? kept_->keep(bytes) : 0;
+    }
+
+  private:
+    void evaluate(const Figures& figures, VoxelRange range, std::span<double> samples) const {
         std::array<Voxel, kMostAtATime> voxels;
         std::uint64_t last = 0;
         for (std::uint64_t first = range.first; first < range.last; first = last) {
             const auto end_of_row = (first / grid_.phi_d + 1) * grid_.phi_d;
             last = std::min({range.last, end_of_row, first + kMostAtATime});
-            for (std::uint64_t i = first; i < last; ++i) {
-                voxels[i - first] = domain_.voxel(i);
-            }
+            const auto row = std::span(voxels).first(last - first);
+            domain_.row(first, row);
             const auto plane = [&](std::size_t number) {
                 return samples.subspan(number * range.size() + first - range.first, last - first);
             };
-            model_.twin(figures.values, std::span(voxels).first(last - first), plane(0), plane(1),
-                        plane(2));
+            model_.twin(figures.values, row, plane(0), plane(1), plane(2));
         }
         check(figures.material, range, samples);
     }
 
-  private:
     void identify(const Figures& figures, const SampleSink& sink) const {
         sink(0, std::as_bytes(std::span(figures.text)));
         // Two models may have the same figures. The hashes of ABC are older than the other models.
@@ -159,34 +174,39 @@ class ModelDatabase final : public Database {
 
     void check(const std::string& material, VoxelRange range,
                std::span<const double> samples) const {
-        bool good = true;  // without a branch for each sample
+        int good = 1;  // without a branch for each sample
         for (const double sample : samples) {
-            good &= sample >= 0 && sample <= kMaxReflectance;
+            good &= static_cast<int>(sample >= 0) & static_cast<int>(sample <= kMaxReflectance);
         }
-        if (good) {
+        if (good == 1) {
             return;
         }
         const auto bad = std::ranges::find_if_not(
             samples, [](double sample) { return sample >= 0 && sample <= kMaxReflectance; });
         const auto index =
             range.first + static_cast<std::uint64_t>(bad - samples.begin()) % range.size();
-        throw InputError(
-            fmt::format("{}: {} makes \"{}\" {}/sr at voxel theta_h {}, theta_d {}, phi_d {}; "
-                        "expected a finite "
-                        "number from 0 to {}; its figures are none of that model",
-                        name(), model_.name, material, *bad, index / grid_.phi_d / grid_.theta_d,
-                        index / grid_.phi_d % grid_.theta_d, index % grid_.phi_d, kMaxReflectance));
+        throw InputError(fmt::format(
+            "{}: {} makes \"{}\" {}/sr at voxel theta_h {}, theta_d {}, phi_d {}; "
+            "expected a finite number from 0 to {}; are its figures those of that model?",
+            name(), model_.name, material, *bad, index / grid_.phi_d / grid_.theta_d,
+            index / grid_.phi_d % grid_.theta_d, index % grid_.phi_d, kMaxReflectance));
     }
 
     const Model& model_;
     Domain domain_;
     std::vector<Figures> rows_;
+    mutable std::optional<KeptSamples> kept_;  // of a slow model
 };
 
 /// "ward" of "ward:params.csv", and "params.csv"; that is empty without a colon.
 std::pair<std::string, std::string> split(const std::string& name) {
     const auto colon = std::min(name.find(':'), name.size());
     return {name.substr(0, colon), name.substr(std::min(colon + 1, name.size()))};
+}
+
+/// Database::kind() of a model with a user's table.
+std::string table_kind(const Model& model) {
+    return model.name + " table";
 }
 
 }  // namespace
@@ -203,23 +223,24 @@ std::unique_ptr<Database> open_model(const std::string& name, const Grid& grid) 
             fmt::format("\"{}\" is no model; merl-scan models lists them", model_name));
     }
     if (model_name == name) {
-        return std::make_unique<ModelDatabase>(*model, model->table, model->header.database,
-                                               name + ".csv", built_in_kind, name, grid);
+        return std::make_unique<ModelDatabase>(*model,
+                                               parse_table(*model, model->table, name + ".csv"),
+                                               model->header.database, built_in_kind, name, grid);
     }
     if (file.empty()) {
         throw InputError(
             fmt::format("{}: names no table; expected {}:TABLE.csv", name, model_name));
     }
+    const auto table = File(file).read_all(kMostTableBytes);
     const auto path = std::filesystem::absolute(file).lexically_normal().string();
-    return std::make_unique<ModelDatabase>(*model, File(file).read_all(kMostTableBytes), name, file,
-                                           fmt::format("{} table", model_name),
-                                           fmt::format("{}:{}", model_name, path), grid);
+    return std::make_unique<ModelDatabase>(*model, parse_table(*model, table, file), name,
+                                           table_kind(*model), model_name + ":" + path, grid);
 }
 
 std::unique_ptr<Database> make_model_database(const Model& model, const std::string& table,
                                               const std::string& name, const Grid& grid) {
-    return std::make_unique<ModelDatabase>(model, table, name, name,
-                                           fmt::format("{} table", model.name), "", grid);
+    return std::make_unique<ModelDatabase>(model, parse_table(model, table, name), name,
+                                           table_kind(model), "", grid);
 }
 
 std::vector<std::string> merl_materials() {

@@ -69,12 +69,13 @@ std::vector<std::string> ModelHeader::columns() const {
 
 ModelHeader parse_model_header(std::string_view text, const std::string& file) {
     ModelHeader header;
-    const std::array<std::pair<std::string_view, std::string*>, 6> texts = {{
+    const std::array<std::pair<std::string_view, std::string*>, 7> texts = {{
         {"title", &header.title},
         {"database", &header.database},
         {"formula", &header.formula},
         {"source", &header.source},
         {"table", &header.table},
+        {"slow", &header.slow},
         {"note", &header.note},
     }};
     for (const auto& line : read_glsl_header(text).lines) {
@@ -93,7 +94,7 @@ ModelHeader parse_model_header(std::string_view text, const std::string& file) {
         if (known == texts.end()) {
             throw InputError(
                 fmt::format("{}\"{}:\" is no key of a model; the keys are title, database, "
-                            "formula, source, table, note and parameter",
+                            "formula, source, table, slow, note and parameter",
                             place, line.key));
         }
         if (!known->second->empty() || line.text.empty()) {
@@ -103,7 +104,7 @@ ModelHeader parse_model_header(std::string_view text, const std::string& file) {
         *known->second = line.text;
     }
     for (const auto& [key, value] : texts) {
-        if (key != "note" && value->empty()) {
+        if (value->empty() && key != "slow" && key != "note") {
             throw InputError(fmt::format("{}: has no \"// {}: ...\"", file, key));
         }
     }

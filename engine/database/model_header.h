@@ -25,6 +25,7 @@ struct ModelHeader {
     std::string formula;
     std::string source;  // the literature
     std::string table;   // where the figures of its own table are from
+    std::string slow;    // why samples are kept for the next reading; empty: they are not
     std::string note;
     std::vector<ModelParameter> parameters;
 

@@ -7,6 +7,7 @@
 // source: Bagher, Soler and Holzschuch, Accurate Fitting of Measured Reflectances Using a Shifted Gamma Micro-facet
 //   Distribution, Computer Graphics Forum 31(4), 2012
 // table: fits of MERL by the authors
+// slow: twelve powers and exponentials for each voxel
 // parameter: vec3 diffuse albedo of the Lambertian part
 // parameter: vec3 specular scale of the lobe
 // parameter: vec3 alpha width of the distribution

@@ -12,7 +12,8 @@ from support import INPUT, USAGE, Case, read_csv, read_json
 MODELS = pathlib.Path(__file__).resolve().parents[3] / "shaders" / "models"
 COLUMNS = "material,diffuse_red,diffuse_green,diffuse_blue,specular_red,specular_green,specular_blue,roughness"
 ROWS = ("rough,0.1,0.2,0.3,0.05,0.06,0.07,0.4", "smooth,0.3,0.2,0.1,0.5,0.5,0.5,0.1",
-        "matte,0.4,0.4,0.4,0,0,0,0.2")
+        "matte,0.4,0.4,0.4,0,0,0,0.2", "dark,0.01,0.01,0.02,0.1,0.1,0.1,0.02",
+        "red,0.5,0.02,0.01,0.02,0.02,0.02,0.2")
 
 
 def ward(row, phi_d, theta_d, theta_h):
@@ -74,11 +75,11 @@ class Table(Case):
             self.assertGreater(above, 60)
 
     def test_every_command(self):
-        out = self.scan("--database", "ward:mine.csv", "--metrics", "rmse,cwcbrt")
+        out = self.scan("--database", "ward:mine.csv", "--metrics", "rmse,pawcielab")
         database = read_json(out / "summary.json")["database"]
         self.assertEqual((database["name"], database["kind"], database["path"]),
                          ("ward:mine.csv", "ward table", f"ward:{self.work}/mine.csv"))
-        self.assertEqual(sorted(database["material_hashes"]), ["matte", "rough", "smooth"])
+        self.assertEqual(sorted(database["material_hashes"]), ["dark", "matte", "red", "rough", "smooth"])
         # The same table is opened again, and is the content that was scanned.
         self.assert_success("render", "--selection", out / "selection.csv", "--size", "16", "--out",
                             "spheres", "--quiet")
@@ -86,8 +87,7 @@ class Table(Case):
                  "--random", "0", "--quiet")
         self.assert_success(*judge)
         self.assertTrue(read_json(self.work / "merl-scan-kit" / "kit.json")["database"]["checked"])
-        self.assertIn("ward table", self.assert_success("database", "info", "--database",
-                                                        "ward:mine.csv") + "ward table")
+        self.assertIn("smooth", self.assert_success("database", "info", "ward:mine.csv"))
         self.write(ROWS[0].replace("0.4", "0.5"), *ROWS[1:])
         self.assert_refused(INPUT, ["ward:", "mine.csv"], *judge, "--force")
         (self.work / "mine.csv").unlink()

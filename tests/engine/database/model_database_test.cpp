@@ -98,7 +98,9 @@ TEST(ModelDatabase, HasTheGoldenSamples) {
         if (!database) {
             database = open_model(fields[0]);
         }
-        const auto number = [&](std::size_t i) { return parse_number<std::uint64_t>(fields[i]).value(); };
+        const auto number = [&](std::size_t i) {
+            return parse_number<std::uint64_t>(fields[i]).value();
+        };
         const auto material = std::ranges::find(database->materials(), fields[1]);
         ASSERT_NE(material, database->materials().end()) << fields[1];
         const auto voxel = number(4) + 180 * (number(3) + 90 * number(2));
@@ -139,9 +141,9 @@ TEST(ModelDatabase, AbcIsTheFormulaOfTheSpecification) {
                          (1 + std::pow((c * (g + c) - 1) / (c * (g - c) + 1), 2));
         const double masking = std::min(1.0, std::min(2 * std::cos(v.theta_h) * v.cos_theta_i / c,
                                                       2 * std::cos(v.theta_h) * v.cos_theta_o / c));
-        const double expected =
-            0.3 / pi + f * masking * 7 / std::pow(1 + 1000 * (1 - std::cos(v.theta_h)), 1.5) /
-                           (pi * v.cos_theta_i * v.cos_theta_o);
+        const double expected = 0.3 / pi + f * masking * 7 /
+                                               std::pow(1 + 1000 * (1 - std::cos(v.theta_h)), 1.5) /
+                                               (pi * v.cos_theta_i * v.cos_theta_o);
         EXPECT_NEAR(value / expected, 1, 1e-13);
     }
 }
@@ -163,6 +165,15 @@ TEST(ModelDatabase, SamplesDoNotDependOnTheRange) {
             }
         }
     }
+}
+
+TEST(ModelDatabase, KeepsSamplesWhereTheyTakeTime) {
+    const auto sgd = open_model("sgd", kGrid);
+    const auto before = samples_of(*sgd, 3);
+    EXPECT_GT(sgd->keep(1'000'000), 0U);
+    EXPECT_EQ(samples_of(*sgd, 3), before);
+    EXPECT_EQ(samples_of(*sgd, 3), before);
+    EXPECT_EQ(open_model("abc", kGrid)->keep(1'000'000), 0U);
 }
 
 TEST(ModelDatabase, ColumnsAndRowsInAnyOrderAreTheSameContent) {
@@ -192,8 +203,11 @@ TEST(ModelDatabase, TheHashTellsModelsAndFiguresApart) {
     EXPECT_EQ(hash("ward", "roughness", "0.5"), ward);
     EXPECT_NE(hash("ward", "roughness", "0.6"), ward);
     EXPECT_NE(hash("blinn-phong", "exponent", "0.5"), ward);
-    // That of 1.0 and earlier for the built-in database.
-    EXPECT_EQ(hash_of_database(*open_model("abc")), "HASH_OF_ABC");
+    // As it was when ABC was the only model.
+    const auto abc = open_model("abc");
+    ContentHash content(1);
+    read_material(*abc, 0, content.sink(0), [](VoxelRange, std::span<const double>) {});
+    EXPECT_EQ(content.material_digest(0, abc->grid().text()), "b158bc623aa78daa4fba66c9ee978faa");
 }
 
 TEST(ModelDatabase, TablesThatCannotBeUsedAreRefused) {
@@ -214,7 +228,8 @@ TEST(ModelDatabase, TablesThatCannotBeUsedAreRefused) {
     header = kWard;
     header.insert(header.size() - 1, ",");
     expect_refused([&] { ward_of(header); }, "found the column \"\" in 9 columns");
-    for (const char* number : {"", "nan", "inf", "-inf", "1e999", "0x1", "1 ", " 1", "1,5", "one"}) {
+    for (const char* number :
+         {"", "nan", "inf", "-inf", "1e999", "0x1", "1 ", " 1", "1,5", "one"}) {
         expect_refused(
             [&] { ward_of(kWard + row + "n,0.1,0.2,\"" + number + "\",0.4,0.5,0.6,0.2\n"); },
             "mine.csv, line 3: the column diffuse_blue of \"n\": found \"" + std::string(number) +
@@ -233,8 +248,8 @@ TEST(ModelDatabase, FiguresThatMakeNoReflectanceAreRefused) {
         expect_refused([&] { samples_of(*database, 0); },
                        std::string("mine.csv: ward makes \"m\" ") + found);
     };
-    refused("0.1,0.2,0.3,0.4,0.5,0.6,0", "-nan/sr at voxel theta_h 0, theta_d 0, phi_d 0; expected");
-    refused("0.1,0.2,0.3,0.4,0.5,0.6,1e-9", "");
+    refused("0.1,0.2,0.3,0.4,0.5,0.6,0",
+            "-nan/sr at voxel theta_h 0, theta_d 0, phi_d 0; expected");
     refused("0.1,-0.2,0.3,0,0,0,0.5", "-0.0");
     refused("1e13,0.2,0.3,0,0,0,0.5", "3183098861837.");
     refused("1e308,0.2,0.3,0,0,0,0.5", "3.18");
@@ -247,7 +262,8 @@ TEST(OpenModel, ByNameAndByTable) {
     EXPECT_TRUE(is_model("ward"));
     EXPECT_TRUE(is_model("ward:"));
     EXPECT_TRUE(is_model("ward:" + table));
-    for (const char* name : {"", "./ward", "Ward", "ward.csv", "wardx:t.csv", ":t.csv", "built-in"}) {
+    for (const char* name :
+         {"", "./ward", "Ward", "ward.csv", "wardx:t.csv", ":t.csv", "built-in"}) {
         EXPECT_FALSE(is_model(name)) << name;
     }
     const auto name = "ward:" + table;
@@ -259,7 +275,7 @@ TEST(OpenModel, ByNameAndByTable) {
     expect_refused([] { open_model("ward:"); }, "expected ward:TABLE.csv");
     expect_refused([] { open_model("phong:t.csv"); }, "\"phong\" is no model");
     expect_refused([&] { open_model(name + "x"); }, "my params.csvx: cannot be opened");
-    expect_refused([&] { open_model("ward:" + directory.path.string()); }, "is no regular file");
+    expect_refused([&] { open_model("ward:" + directory.path.string()); }, "is not a regular file");
     std::ofstream(table) << kWard << "a/b,0.1,0.2,0.3,0.4,0.5,0.6,0.2\n";
     expect_refused([&] { open_database(name); }, "names become names of files");
 }
@@ -267,9 +283,8 @@ TEST(OpenModel, ByNameAndByTable) {
 TEST(ModelHeader, WrongLinesAreNamed) {
     const std::string rest =
         "// title: t\n// database: d\n// formula: f\n// source: s\n//   and more\n// table: t\n";
-    const auto header =
-        parse_model_header(rest + "// parameter: vec3 A of it\n// parameter: float n\n//   more\n",
-                           "m.glsl");
+    const auto header = parse_model_header(
+        rest + "// parameter: vec3 A of it\n// parameter: float n\n//   more\n", "m.glsl");
     EXPECT_EQ(header.source, "s and more");
     EXPECT_EQ(header.columns(), (std::vector<std::string>{"A_red", "A_green", "A_blue", "n"}));
     EXPECT_EQ(header.parameters[1].description, "more");
@@ -281,8 +296,8 @@ TEST(ModelHeader, WrongLinesAreNamed) {
     refused(rest + "// tilte: t\n", "m.glsl:7: \"tilte:\" is no key");
     refused(rest + "// title: t\n", "m.glsl:7: a second \"title:\"");
     refused("// title:\n", "m.glsl:1: no value of \"title:\"");
-    for (const char* parameter : {"", "vec3", "vec3 A", "vec2 A of", "A of it", "float 1a of it",
-                                  "float a-b of it"}) {
+    for (const char* parameter :
+         {"", "vec3", "vec3 A", "vec2 A of", "A of it", "float 1a of it", "float a-b of it"}) {
         refused(rest + "// parameter: " + parameter, "m.glsl:7: the parameter is \"");
     }
     refused(rest + "// parameter: float a of it\n// parameter: vec3 a of it\n",
