@@ -107,6 +107,7 @@ int run(int argc, char** argv) {
     add_votes(program, chosen);
     add_power(program, chosen);
     add_metrics(program, chosen);
+    add_models(program, chosen);
     add_devices(program, chosen);
     add_database(program, chosen);
     add_verify(program, chosen);

@@ -14,6 +14,7 @@ void add_scan(CLI::App& program, Command& chosen);
 void add_compare(CLI::App& program, Command& chosen);
 void add_devices(CLI::App& program, Command& chosen);
 void add_metrics(CLI::App& program, Command& chosen);
+void add_models(CLI::App& program, Command& chosen);
 void add_database(CLI::App& program, Command& chosen);
 void add_verify(CLI::App& program, Command& chosen);
 void add_score(CLI::App& program, Command& chosen);

@@ -29,7 +29,7 @@
 #include "engine/base/hash.h"
 #include "engine/base/stopwatch.h"
 #include "engine/base/text.h"
-#include "engine/database/abc_database.h"
+#include "engine/database/model_database.h"
 #include "engine/database/open_database.h"
 #include "scan/io/csv.h"
 #include "scan/io/input.h"

@@ -27,7 +27,7 @@
 #include "engine/base/error.h"
 #include "engine/base/hash.h"
 #include "engine/base/text.h"
-#include "engine/database/abc_database.h"
+#include "engine/database/model_database.h"
 #include "scan/io/csv.h"
 #include "scan/io/input.h"
 #include "scan/votes/kit_file.h"

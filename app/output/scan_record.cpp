@@ -7,8 +7,8 @@
 #include "app/cli/progress.h"
 #include "engine/base/error.h"
 #include "engine/base/text.h"
-#include "engine/database/abc_database.h"
 #include "engine/database/content_hash.h"
+#include "engine/database/model_database.h"
 #include "engine/database/open_database.h"
 #include "scan/io/input.h"
 #include "scan/io/json_format.h"
@@ -68,9 +68,11 @@ ScanRecord record_of(const ordered_json& json, const std::string& summary) {
         record.kind = text_of(database, "kind");
         record.content_hash = text_of(database, "content_hash");
         record.material_hashes = texts_of(database, "material_hashes");
-        if (record.kind != engine::built_in_kind) {
-            // Older summaries have the path as it was given, which is the name.
-            record.path = from_utf8(text_of(database, database.contains("path") ? "path" : "name"));
+        // Older summaries have the path as it was given, which is the name; of the built-in
+        // database, which was the only one of its kind, they have none.
+        record.path = from_utf8(text_of(database, database.contains("path") ? "path" : "name"));
+        if (record.kind == engine::built_in_kind && !engine::is_model(record.path)) {
+            record.path = engine::kBuiltInModel;
         }
     }
     return record;
@@ -133,13 +135,13 @@ std::string database_option(const ScanRecord& record) {
                 : fmt::format("{} does not say which database was scanned; --database names it",
                               record.summary));
     }
-    if (record.kind == engine::built_in_kind) {
-        return engine::kBuiltIn;
-    }
     if (record.path.empty()) {
         throw InputError(fmt::format(
             "{} does not say where the database of the scan is ({}); --database names it",
             record.summary, record.kind));
+    }
+    if (engine::is_model(record.path)) {
+        return record.path;
     }
     std::error_code ignored;
     if (!std::filesystem::exists(record.path, ignored)) {

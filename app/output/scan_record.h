@@ -23,7 +23,7 @@ struct ScanRecord {
     std::string summary;  // the file, as errors call it
     nlohmann::ordered_json source = nlohmann::ordered_json::object();  // `database`, or `distances`
     std::string kind;  // of the database; empty where distances were read from a table
-    std::string path;  // of the directory; empty for the built-in database
+    std::string path;  // Database::path(); empty where there is none
     std::string content_hash;
     std::map<std::string, std::string> material_hashes;  // by name; older summaries have none
     std::map<std::string, std::string> files;  // hashes of the other results; older have none

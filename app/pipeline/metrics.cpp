@@ -5,7 +5,7 @@
 #include <algorithm>
 
 #include "engine/base/error.h"
-#include "engine/database/abc_database.h"
+#include "engine/database/model_database.h"
 #include "engine/distance/distances.h"
 #include "engine/distance/parts/summary.h"
 #include "engine/metric/metric_kernels.h"
@@ -61,10 +61,12 @@ std::vector<std::string> leave_out_empty(std::vector<engine::Metric>& metrics,
 
 void try_metric(const engine::Metric& metric, const device::ContextOptions& device) {
     engine::compile_kernels(metric);  // what is wrong with the file comes before the device
-    const auto database =
-        engine::make_abc_database({.theta_h = 4, .theta_d = 4, .phi_d = 8},
-                                  "material\nmade-up matte,0.1,0.2,0.3,0,0,0,1,1,1.5\nmade-up "
-                                  "glossy,0.2,0.2,0.2,9,9,9,50,1,1.5\n");
+    const auto database = engine::make_model_database(
+        *engine::find_model("abc"),
+        "material,kd_red,kd_green,kd_blue,A_red,A_green,A_blue,B,C,ior\n"
+        "made-up matte,0.1,0.2,0.3,0,0,0,1,1,1.5\n"
+        "made-up glossy,0.2,0.2,0.2,9,9,9,50,1,1.5\n",
+        "made-up", {.theta_h = 4, .theta_d = 4, .phi_d = 8});
     const engine::Metric* const one[] = {&metric};
     engine::Engines engines(device);
     engine::compute_distances(engines, *database, one, {.is_trial = true});

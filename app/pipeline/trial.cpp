@@ -17,7 +17,7 @@
 #include <vector>
 
 #include "engine/base/error.h"
-#include "engine/database/abc_database.h"
+#include "engine/database/model_database.h"
 #include "engine/database/subset_database.h"
 #include "engine/distance/distances.h"
 #include "engine/distance/float64_distances.h"
@@ -38,7 +38,7 @@ std::unique_ptr<engine::Database> some_materials(const engine::Grid& grid) {
     constexpr std::size_t kMaterials = 24;
     std::vector<std::size_t> chosen(kMaterials);
     std::iota(chosen.begin(), chosen.end(), std::size_t{0});
-    return engine::make_subset(engine::make_abc_database(grid), chosen);
+    return engine::make_subset(engine::open_model("abc", grid), chosen);
 }
 
 /// Holds the distances of some materials to float64.
@@ -85,7 +85,7 @@ void check(device::Context& context) {
 double least_seconds(engine::Engines& engines, std::span<const Metric* const> metrics,
                      const std::function<double(const engine::DistanceSeconds&)>& part) {
     constexpr int kTimes = 3;
-    const auto database = engine::make_abc_database({.theta_h = 18, .theta_d = 18, .phi_d = 36});
+    const auto database = engine::open_model("abc", {.theta_h = 18, .theta_d = 18, .phi_d = 36});
     double least = std::numeric_limits<double>::infinity();
     for (int i = 0; i < kTimes; ++i) {
         least =

@@ -13,7 +13,8 @@
 #include "app/pipeline/abc_golden.h"
 #include "app/pipeline/refine.h"
 #include "engine/base/error.h"
-#include "engine/database/abc_database.h"
+#include "engine/database/model_database.h"
+#include "engine/database/subset_database.h"
 #include "engine/device/context.h"
 #include "engine/distance/distances.h"
 #include "engine/distance/float64_distances.h"
@@ -131,8 +132,7 @@ void check_framework(engine::Engines& engines, Report& report) {
          0.8862569125646411},
     }};
     // The difference is 1 whatever the materials are: two will do.
-    const auto database = engine::make_abc_database(
-        {}, "material\na,0.1,0.1,0.1,1,1,1,1,1,1.5\nb,0.2,0.2,0.2,1,1,1,1,1,1.5\n");
+    const auto database = engine::make_subset(engine::open_model("abc"), {0, 1});
     const auto all = engine::framework_test_metrics();
     for (const auto& test : tests) {
         const auto found = std::find_if(all.begin(), all.end(),
@@ -147,7 +147,7 @@ void check_framework(engine::Engines& engines, Report& report) {
 }
 
 void check_distances(engine::Engines& engines, Report& report, const Control& control) {
-    const auto database = engine::make_abc_database();
+    const auto database = engine::open_model("abc");
     const std::array metrics = {&engine::find_metric("cwcbrt"), &engine::find_metric("pawcielab")};
     const auto result = engine::compute_distances(engines, *database, metrics,
                                                   {.progress = control.stage("built-in database")});
@@ -184,7 +184,7 @@ void check_distances(engine::Engines& engines, Report& report, const Control& co
 /// Metrics against their float64 twins: some pairs of the built-in database on a coarse grid.
 void check_twins(engine::Engines& engines, Report& report, const engine::Grid& grid,
                  const std::vector<const Metric*>& metrics) {
-    const auto database = engine::make_abc_database(grid);
+    const auto database = engine::open_model("abc", grid);
     const auto result = engine::compute_distances(engines, *database, metrics);
     const auto count = static_cast<std::uint32_t>(database->materials().size());
     std::vector<engine::MaterialPair> pairs;

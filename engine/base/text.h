@@ -17,6 +17,12 @@ std::string from_utf8(std::string_view text);
 /// the same is the same.
 std::string printable(std::string_view text);
 
+/// The text without the byte order mark that some programs put before UTF-8.
+std::string_view without_byte_order_mark(std::string_view text);
+
+/// The text without the blanks at both ends.
+std::string_view trimmed(std::string_view text);
+
 struct CharacterRange {
     char32_t first, last;
 };

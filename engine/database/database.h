@@ -42,8 +42,8 @@ class Database {
     /// What it is, for people: "MERL directory", "built-in stand-in" ... Summaries have it.
     const std::string& kind() const { return kind_; }
 
-    /// Where it is, absolute, so that what comes after a scan can open it again by that; empty for
-    /// one that is not in a file.
+    /// What opens it again after a scan, in any working directory: where it is, absolute, or of a
+    /// model its name; empty for one that only a program has.
     const std::string& path() const { return path_; }
 
     const Grid& grid() const { return grid_; }

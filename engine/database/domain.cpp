@@ -26,21 +26,21 @@ Domain::Domain(const Grid& grid) : grid_(grid) {
     fill(theta_h_, grid.theta_h, [](double m) { return pi / 2 * m * m; });
 }
 
-Voxel Domain::combine(const Angle& phi_d, const Angle& theta_d, const Angle& theta_h, double m_t) {
+void Domain::turn(Voxel& voxel, const Angle& phi_d, const Angle& theta_d, const Angle& theta_h) {
     const double straight = theta_h.cosine * theta_d.cosine;
     const double across = phi_d.cosine * theta_h.sine * theta_d.sine;
-    return {.theta_h = theta_h.angle,
-            .theta_d = theta_d.angle,
-            .phi_d = phi_d.angle,
-            .s_merl = pi * pi * pi / 2 * m_t * 4 * theta_h.sine * theta_d.sine * theta_d.cosine,
-            .cos_theta_i = straight - across,
-            .cos_theta_o = straight + across,
-            .solid_angle = 0,
-            .voxels = 0,
-            .theta_h_layer = 0,
-            .theta_h_layers = 0,
-            .theta_d_layer = 0,
-            .theta_d_layers = 0};
+    voxel.phi_d = phi_d.angle;
+    voxel.cos_theta_i = straight - across;
+    voxel.cos_theta_o = straight + across;
+}
+
+Voxel Domain::combine(const Angle& phi_d, const Angle& theta_d, const Angle& theta_h, double m_t) {
+    Voxel voxel;
+    voxel.theta_h = theta_h.angle;
+    voxel.theta_d = theta_d.angle;
+    voxel.s_merl = pi * pi * pi / 2 * m_t * 4 * theta_h.sine * theta_d.sine * theta_d.cosine;
+    turn(voxel, phi_d, theta_d, theta_h);
+    return voxel;
 }
 
 Voxel Domain::voxel(std::uint64_t file_index) const {
@@ -56,6 +56,16 @@ Voxel Domain::voxel(std::uint64_t file_index) const {
     voxel.theta_d_layer = static_cast<std::int32_t>(s);
     voxel.theta_d_layers = static_cast<std::int32_t>(grid_.theta_d);
     return voxel;
+}
+
+void Domain::row(std::uint64_t first, std::span<Voxel> voxels) const {
+    std::ranges::fill(voxels, voxel(first));
+    const Angle& theta_d = theta_d_[first / grid_.phi_d % grid_.theta_d];
+    const Angle& theta_h = theta_h_[first / grid_.phi_d / grid_.theta_d];
+    const auto r = first % grid_.phi_d;
+    for (std::size_t k = 0; k < voxels.size(); ++k) {
+        turn(voxels[k], phi_d_[r + k], theta_d, theta_h);
+    }
 }
 
 Voxel Domain::at(double m_r, double m_s, double m_t) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -58,6 +59,10 @@ class Domain {
     /// The voxel with file index `phi_d + n_phi_d · (theta_d + n_theta_d · theta_h)`.
     Voxel voxel(std::uint64_t file_index) const;
 
+    /// As many voxels as there is room for, from this one on, in one row: they share theta_h and
+    /// theta_d.
+    void row(std::uint64_t first, std::span<Voxel> voxels) const;
+
     /// At any point of the domain, not only at voxel centres; m_r, m_s, m_t in [0, 1].
     static Voxel at(double m_r, double m_s, double m_t);
 
@@ -65,6 +70,8 @@ class Domain {
     struct Angle {
         double angle, sine, cosine;
     };
+    /// Sets what depends on phi_d.
+    static void turn(Voxel& voxel, const Angle& phi_d, const Angle& theta_d, const Angle& theta_h);
     static Voxel combine(const Angle& phi_d, const Angle& theta_d, const Angle& theta_h,
                          double m_t);
 

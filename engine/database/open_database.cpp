@@ -8,8 +8,8 @@
 #include <system_error>
 
 #include "engine/base/error.h"
-#include "engine/database/abc_database.h"
 #include "engine/database/merl_directory.h"
+#include "engine/database/model_database.h"
 #include "engine/database/rgl_database.h"
 #include "engine/database/subset_database.h"
 
@@ -41,7 +41,9 @@ std::vector<MaterialSource> sources_of(
 const std::array kKinds = {
     Kind{"built-in (the stand-in database)",
          [](const std::string& name) { return name.empty() || name == kBuiltIn; },
-         [](const std::string&) { return make_abc_database(); }},
+         [](const std::string&) { return open_model(kBuiltInModel); }},
+    Kind{"a model (merl-scan models), or MODEL:TABLE.csv (a table of its parameters)", is_model,
+         [](const std::string& name) { return open_model(name); }},
     Kind{"a directory of RGL .bsdf files (isotropic, RGB)",
          [](const std::string& name) { return is_rgl(name); },
          [](const std::string& name) { return open_rgl_directory(name); },
@@ -56,7 +58,8 @@ const std::array kKinds = {
 
 const Kind& kind_of(const std::string& name) {
     std::error_code none;
-    if (!name.empty() && name != kBuiltIn && !std::filesystem::exists(name, none)) {
+    if (!name.empty() && name != kBuiltIn && !is_model(name) &&
+        !std::filesystem::exists(name, none)) {
         throw InputError(
             fmt::format("{}: there is no such database; expected {}", name, database_help()));
     }

@@ -10,14 +10,14 @@
 namespace merl::engine {
 
 // Where databases are opened by name. To add a kind: write a class like merl_directory.cpp's or
-// abc_database.cpp's (or fill a MemoryDatabase), and add a line to the table in open_database.cpp,
+// model_database.cpp's (or fill a MemoryDatabase), and add a line to the table in open_database.cpp,
 // before the last one, which takes every name.
 
 /// What the built-in database is called.
 inline constexpr const char* kBuiltIn = "built-in";
 
-/// The database that `name` means: a path, kBuiltIn, or for the built-in one also nothing. Throws
-/// InputError when it cannot be used as a whole.
+/// The database that `name` means: kBuiltIn, or for that also nothing; a model or a table of one
+/// (is_model()); otherwise a path. Throws InputError when it cannot be used as a whole.
 std::unique_ptr<Database> open_database(const std::string& name);
 
 /// A material of a database that may be broken in part, and what opens it alone, as a database of

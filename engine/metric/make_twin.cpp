@@ -1,5 +1,7 @@
-// Part of the build: makes the C++ file of a library metric from its GLSL file.
-//     make_twin TEMPLATE SUMMARY_TEMPLATE METRIC.glsl INCLUDE_NAME OUTPUT.cpp
+// Part of the build: makes the C++ file of a library metric from its GLSL file, and that of a model
+// from its GLSL file and the table beside it.
+//     make_twin metric NAME.glsl INCLUDE_NAME OUTPUT.cpp TEMPLATE SUMMARY_TEMPLATE
+//     make_twin model NAME.glsl INCLUDE_NAME OUTPUT.cpp TEMPLATE
 #include <fmt/format.h>
 
 #include <cctype>
@@ -11,7 +13,9 @@
 #include <stdexcept>
 #include <string>
 #include <utility>
+#include <vector>
 
+#include "engine/database/model_header.h"
 #include "engine/metric/metric_header.h"
 
 namespace {
@@ -40,50 +44,92 @@ std::string identifier(std::string name) {
     return name;
 }
 
-std::string make_twin(const std::string& text_template, const std::string& summary_template,
-                      const std::string& path, const std::string& include_name) {
+/// What stands for each @KEY@ of a template, in the order in which they are replaced.
+using Values = std::vector<std::pair<std::string, std::string>>;
+
+std::string filled(std::string text, const Values& values) {
+    for (const auto& [key, value] : values) {
+        text = replaced(std::move(text), "@" + key + "@", value);
+    }
+    return text;
+}
+
+/// What the files of metrics and of models have in common.
+Values common_values(const std::string& path, const std::string& include_name,
+                     const std::string& text) {
+    const auto name = std::filesystem::path(path).stem().string();
+    return {{"ID", identifier(name)},
+            {"NAME", name},
+            {"FILE", include_name},
+            {"TEXT", "R\"glsl(" + text + ")glsl\""}};
+}
+
+std::string make_metric(const std::string& path, const std::string& include_name,
+                        const std::string& text_template, const std::string& summary_template) {
     const std::string text = read(path);
     const auto header = merl::engine::parse_metric_header(text, path);
     std::string members;  // the parameters, in the order of the header
-    std::string values;
+    std::string parameters;
     for (std::size_t i = 0; i < header.parameters.size(); ++i) {
         members += fmt::format("    double {};\n", header.parameters[i].name);
-        values += fmt::format("parameters[{}], ", i);
+        parameters += fmt::format("parameters[{}], ", i);
     }
     std::string windows;
     for (std::size_t w = 0; w < header.windows.size(); ++w) {
         windows += fmt::format("    [[maybe_unused]] static constexpr int {} = {};\n",
                                header.windows[w].name, w);
     }
-    const auto name = std::filesystem::path(path).stem().string();
-    std::string result = read(header.features > 0 ? summary_template : text_template);
-    for (const auto& [key, value] :
-         {std::pair<std::string, std::string>{"@METRIC_ID@", identifier(name)},
-          {"@METRIC_NAME@", name},
-          {"@METRIC_FILE@", include_name},
-          {"@METRIC_MEMBERS@", members},
-          {"@METRIC_VALUES@", values},
-          {"@METRIC_WINDOWS@", windows},
-          {"@METRIC_WINDOW_COUNT@", std::to_string(header.windows.size())},
-          {"@METRIC_TEXT@", "R\"glsl(" + text + ")glsl\""}}) {
-        result = replaced(std::move(result), key, value);
+    Values values = {{"MEMBERS", members},
+                     {"VALUES", parameters},
+                     {"WINDOWS", windows},
+                     {"WINDOW_COUNT", std::to_string(header.windows.size())}};
+    const auto common = common_values(path, include_name, text);
+    values.insert(values.end(), common.begin(), common.end());
+    return filled(read(header.features > 0 ? summary_template : text_template), values);
+}
+
+std::string make_model(const std::string& path, const std::string& include_name,
+                       const std::string& text_template) {
+    const std::string text = read(path);
+    const auto header = merl::engine::parse_model_header(text, path);
+    std::string members;  // the parameters, in the order of the header
+    std::string parameters;
+    std::size_t column = 0;
+    for (const auto& parameter : header.parameters) {
+        members +=
+            fmt::format("    {} {};\n", parameter.is_rgb ? "vec3" : "double", parameter.name);
+        parameters +=
+            fmt::format(fmt::runtime(parameter.is_rgb ? "vec3(values[{}], values[{}], values[{}]), "
+                                                      : "values[{}], "),
+                        column, column + 1, column + 2);
+        column += parameter.columns().size();
     }
-    return result;
+    Values values = {{"MEMBERS", members}, {"VALUES", parameters}};
+    const auto common = common_values(path, include_name, text);
+    values.insert(values.end(), common.begin(), common.end());
+    values.emplace_back(
+        "TABLE",
+        "R\"csv(" + read(std::filesystem::path(path).replace_extension(".csv")) + ")csv\"");
+    return filled(read(text_template), values);
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
     try {
-        if (argc != 6) {
+        const std::vector<std::string> words(argv + 1, argv + argc);
+        const bool is_metric = words.size() == 6 && words[0] == "metric";
+        if (!is_metric && !(words.size() == 5 && words[0] == "model")) {
             throw std::runtime_error(
-                "expected TEMPLATE SUMMARY_TEMPLATE METRIC.glsl INCLUDE_NAME OUTPUT.cpp");
+                "expected metric or model, NAME.glsl INCLUDE_NAME OUTPUT.cpp TEMPLATE, and of a "
+                "metric SUMMARY_TEMPLATE");
         }
-        std::ofstream out(argv[5], std::ios::binary);
-        out << make_twin(argv[1], argv[2], argv[3], argv[4]);
+        std::ofstream out(words[3], std::ios::binary);
+        out << (is_metric ? make_metric(words[1], words[2], words[4], words[5])
+                          : make_model(words[1], words[2], words[4]));
         out.close();
         if (!out) {
-            throw std::runtime_error(fmt::format("{}: cannot be written", argv[5]));
+            throw std::runtime_error(fmt::format("{}: cannot be written", words[3]));
         }
         return 0;
     } catch (const std::exception& error) {

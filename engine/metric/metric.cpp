@@ -9,6 +9,7 @@
 #include "engine/base/error.h"
 #include "engine/base/file.h"
 #include "engine/base/number.h"
+#include "engine/base/text.h"
 #include "engine/metric/metric_library.h"
 
 namespace merl::engine {
@@ -44,10 +45,7 @@ std::vector<Metric> open_built(std::span<const BuiltMetric> built) {
 /// The text as the compiler should read it: lines end in a line feed, whatever editor wrote them,
 /// and a byte order mark is no part of it.
 std::string plain_text(std::string_view text) {
-    constexpr std::string_view kByteOrderMark = "\xef\xbb\xbf";
-    if (text.starts_with(kByteOrderMark)) {
-        text.remove_prefix(kByteOrderMark.size());
-    }
+    text = without_byte_order_mark(text);
     std::string plain;
     for (std::size_t i = 0; i < text.size(); ++i) {
         const bool is_return = text[i] == '\r';

@@ -3,11 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
 #include <cstdint>
 
 #include "engine/base/error.h"
+#include "engine/base/glsl_header.h"
 #include "engine/base/number.h"
+#include "engine/base/text.h"
 
 namespace merl::engine {
 namespace {
@@ -15,25 +16,6 @@ namespace {
 constexpr std::size_t kMostParameters = 16;
 constexpr std::size_t kMostWindows = 32;
 constexpr std::uint32_t kMostFeatures = 64;
-constexpr std::size_t kLongestName = 32;
-
-std::string_view trimmed(std::string_view text) {
-    const auto first = text.find_first_not_of(" \t\r");
-    return first == std::string_view::npos
-               ? std::string_view()
-               : text.substr(first, text.find_last_not_of(" \t\r") - first + 1);
-}
-
-bool is_letter(char c) {
-    return std::islower(static_cast<unsigned char>(c)) != 0;
-}
-
-bool is_name(std::string_view text) {
-    return !text.empty() && text.size() <= kLongestName && is_letter(text[0]) &&
-           std::all_of(text.begin(), text.end(), [](char c) {
-               return is_letter(c) || std::isdigit(static_cast<unsigned char>(c)) != 0 || c == '_';
-           });
-}
 
 /// Takes what comes before the first `end` off `rest`, trimmed; `found` is false without one.
 std::string_view take(std::string_view& rest, std::string_view end, bool& found) {
@@ -50,12 +32,12 @@ class Parser {
     explicit Parser(const std::string& file) : file_(file) {}
 
     MetricHeader parse(std::string_view text) {
-        while (text.starts_with("//")) {
-            ++line_;
-            const auto end = std::min(text.find('\n'), text.size());
-            read_line(text.substr(2, end - 2));
-            text.remove_prefix(std::min(end + 1, text.size()));
+        const auto header = read_glsl_header(text);
+        for (const auto& line : header.lines) {
+            line_ = line.number;
+            read_line(line);
         }
+        line_ = header.last_line;
         require_one_kind();
         return header_;
     }
@@ -65,37 +47,25 @@ class Parser {
         throw InputError(fmt::format("{}:{}: {}", file_, line_, message));
     }
 
-    void read_line(std::string_view line) {
-        if (line.starts_with("  ") && last_ != nullptr) {  // more of the line before
-            *last_ += fmt::format("{}{}", last_->empty() ? "" : " ", trimmed(line));
-            return;
-        }
-        last_ = nullptr;
-        line = trimmed(line);
-        const auto colon = line.find(':');
-        const auto key = line.substr(0, colon);
-        if (colon == std::string_view::npos || !is_name(key)) {
-            return;  // a comment
-        }
-        const auto value = trimmed(line.substr(colon + 1));
+    void read_line(const HeaderLine& line) {
+        const auto [key, value] = std::pair(line.key, line.value);
         if (key == "title") {
-            set(header_.title, key, value);
+            set(header_.title, line);
         } else if (key == "formula") {
-            set(header_.formula, key, value);
+            set(header_.formula, line);
         } else if (key == "source") {
-            set(header_.source, key, value);
+            set(header_.source, line);
         } else if (key == "note") {
-            set(header_.note, key, value);
+            set(header_.note, line);
         } else if (key == "degree") {
-            set(header_.degree_text, key, value);
-            last_ = nullptr;
+            set(header_.degree_text, line);
             read_degree(value);
         } else if (key == "parameter") {
             read_parameter(value);
         } else if (key == "fitted") {
-            read_fitted(value);
+            read_fitted(line.text);
         } else if (key == "window") {
-            read_window(value);
+            read_window(line.text);
         } else if (key == "features") {
             read_features(value);
         } else {
@@ -106,18 +76,18 @@ class Parser {
         }
     }
 
-    void set(std::string& text, std::string_view key, std::string_view value) {
+    void set(std::string& text, const HeaderLine& line) {
         if (!text.empty()) {
-            refuse(fmt::format("a second \"{}:\"", key));
+            refuse(fmt::format("a second \"{}:\"", line.key));
         }
-        if (value.empty()) {
-            refuse(fmt::format("\"{}:\" has no value", key));
+        if (line.text.empty()) {
+            refuse(fmt::format("\"{}:\" has no value", line.key));
         }
-        text = value;
-        last_ = &text;
+        text = line.text;
     }
 
     void read_degree(std::string_view value) {
+        header_.degree_text = value;
         if (value == "2" || value == "1") {
             header_.degree = value[0] - '0';
         } else if (value == "2/3") {
@@ -148,11 +118,11 @@ class Parser {
         p.value = *number;
         p.low = *low;
         p.high = *high;
-        if (!is_name(p.name)) {
+        if (!is_header_name(p.name)) {
             refuse(
                 fmt::format("a parameter is called \"{}\": expected a lower-case letter, then "
                             "lower-case letters, digits and _, at most {} in all",
-                            p.name, kLongestName));
+                            p.name, longest_header_name));
         }
         if (!(p.low <= p.value && p.value <= p.high)) {
             refuse(fmt::format("the parameter {} is {} by default: expected a number in [{}, {}]",
@@ -183,27 +153,25 @@ class Parser {
                         [&](const FittedTo& other) { return other.sha256 == hash; })) {
             refuse(fmt::format("a second \"fitted:\" with the SHA-256 {}", hash));
         }
-        last_ = &header_.fitted.emplace_back(FittedTo{std::string(hash), std::string(citation)})
-                     .citation;
+        header_.fitted.push_back({std::string(hash), std::string(citation)});
     }
 
     void read_window(std::string_view value) {
         const auto end = std::min(value.find_first_of(" \t"), value.size());
         MetricWindow w = {.name = std::string(value.substr(0, end)),
                           .description = std::string(trimmed(value.substr(end)))};
-        if (!is_name(w.name) || w.description.empty()) {
+        if (!is_header_name(w.name) || w.description.empty()) {
             refuse(
                 fmt::format("the window is \"{}\": expected NAME description; a name is a "
                             "lower-case letter, then lower-case letters, digits and _, at most {} "
                             "in all",
-                            value, kLongestName));
+                            value, longest_header_name));
         }
         require_new(w.name);
         if (header_.windows.size() == kMostWindows) {
             refuse(fmt::format("more than {} windows", kMostWindows));
         }
         header_.windows.push_back(std::move(w));
-        last_ = &header_.windows.back().description;
     }
 
     void read_features(std::string_view value) {
@@ -245,7 +213,6 @@ class Parser {
 
     const std::string& file_;
     MetricHeader header_;
-    std::string* last_ = nullptr;  // the text that the next line may continue
     std::uint64_t line_ = 0;
 };
 

@@ -8,7 +8,7 @@
 
 namespace merl::engine {
 
-/// A metric file that the build put into the program (shaders/metrics.cmake).
+/// A metric file that the build put into the program (shaders/twins.cmake).
 struct BuiltMetric {
     std::string_view name;
     std::string_view source;

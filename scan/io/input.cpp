@@ -33,11 +33,6 @@ std::string_view json_fault(const std::exception& error) {
     return text.substr(std::min(text.find(' ') + 1, text.size()));
 }
 
-std::string_view without_byte_order_mark(std::string_view text) {
-    constexpr std::string_view mark = "\xef\xbb\xbf";
-    return text.starts_with(mark) ? text.substr(mark.size()) : text;
-}
-
 std::string read_input(const std::string& path, std::uint64_t most) {
     std::error_code code;
     if (!std::filesystem::exists(path, code) && !code) {

@@ -32,9 +32,6 @@ inline constexpr std::uint64_t max_trials_bytes = std::uint64_t{1} << 28U;
 /// `most` bytes.
 std::string read_input(const std::string& path, std::uint64_t most = max_input_bytes);
 
-/// The text without the byte order mark that some programs put before UTF-8.
-std::string_view without_byte_order_mark(std::string_view text);
-
 /// What the JSON parser says is wrong: line, column and what it expected, without its own code.
 std::string_view json_fault(const std::exception& error);
 

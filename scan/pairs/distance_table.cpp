@@ -9,10 +9,10 @@
 #include <optional>
 #include <utility>
 
+#include "engine/base/csv_reader.h"
 #include "engine/base/error.h"
 #include "engine/base/number.h"
 #include "scan/io/csv.h"
-#include "scan/io/csv_reader.h"
 #include "scan/io/input.h"
 #include "scan/pairs/material_numbers.h"
 

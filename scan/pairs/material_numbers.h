@@ -5,8 +5,8 @@
 #include <unordered_map>
 #include <vector>
 
+#include "engine/base/csv_reader.h"
 #include "engine/base/error.h"
-#include "scan/io/csv_reader.h"
 
 namespace merl::scan {
 

@@ -7,8 +7,9 @@
 #include <array>
 #include <utility>
 
+#include "engine/base/csv_reader.h"
 #include "engine/base/number.h"
-#include "scan/io/csv_reader.h"
+#include "engine/base/text.h"
 #include "scan/io/input.h"
 #include "scan/pairs/material_numbers.h"
 #include "scan/score/lagunas.h"

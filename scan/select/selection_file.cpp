@@ -4,8 +4,8 @@
 
 #include <optional>
 
+#include "engine/base/csv_reader.h"
 #include "engine/base/number.h"
-#include "scan/io/csv_reader.h"
 #include "scan/io/input.h"
 
 namespace merl::scan {

@@ -7,8 +7,9 @@
 #include <set>
 #include <utility>
 
+#include "engine/base/csv_reader.h"
+#include "engine/base/text.h"
 #include "scan/io/csv.h"
-#include "scan/io/csv_reader.h"
 #include "scan/io/input.h"
 #include "scan/votes/judge_name.h"
 

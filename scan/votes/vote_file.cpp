@@ -7,8 +7,8 @@
 #include <set>
 #include <utility>
 
+#include "engine/base/csv_reader.h"
 #include "engine/base/number.h"
-#include "scan/io/csv_reader.h"
 #include "scan/io/input.h"
 
 namespace merl::scan {

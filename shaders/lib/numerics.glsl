@@ -11,7 +11,7 @@ float inverse_cube_root_seed(float x) {
 }
 
 #ifndef __cplusplus
-// The same for a double; its counterpart in C++ (engine/metric/twin.h) is made of vector instructions.
+// The same for a double; its counterpart in C++ (engine/base/glsl_in_float64.h) is made of vector instructions.
 double inverse_cube_root_seed(double x) {
     return packDouble2x32(uvec2(0u, 0x553e0000u - unpackDouble2x32(x).y / 3u));
 }

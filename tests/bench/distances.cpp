@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "engine/database/abc_database.h"
+#include "engine/database/model_database.h"
 #include "tests/bench/bench.h"
 #include "tests/bench/inputs.h"
 
@@ -81,12 +81,12 @@ void check_memory(const Database& database) {
 
 void time_scale(benchmark::State& state, const std::string& name, std::size_t materials) {
     check_once("memory of " + name, [&] {
-        check_memory(BlendedDatabase(*make_abc_database(coarse_grid(5)), materials));
+        check_memory(BlendedDatabase(*open_model("abc", coarse_grid(5)), materials));
         return 0;
     });
     // More voxels for few materials: the work of the pairs should be more than what surrounds it.
     const std::uint32_t divisor = materials <= 100 ? 2 : 3;
-    const BlendedDatabase database(*make_abc_database(coarse_grid(divisor)), materials);
+    const BlendedDatabase database(*open_model("abc", coarse_grid(divisor)), materials);
     Engines own;
     time_distances(state, name, own, database, two_metrics(), two_metrics());
     const double budget = static_cast<double>(DistanceOptions().memory_bytes) / 0x1p20;
@@ -132,7 +132,7 @@ void add_variants() {
                 const Metric chosen = variant_of(*metric, kind);
                 const Metric* const pointer = &chosen;
                 time_distances(state, name, kind == Variant::library ? engines() : shader_engines(),
-                               *make_abc_database(coarse_grid(3)), {&pointer, 1}, {&metric, 1});
+                               *open_model("abc", coarse_grid(3)), {&pointer, 1}, {&metric, 1});
             }).Iterations(1);
         }
     }
@@ -159,7 +159,7 @@ void add_distances() {
     for (const auto& metric : metrics()) {
         const auto name = "library/" + metric.name;
         add(name, [name, pointer = &metric](benchmark::State& state) {
-            time_distances(state, name, engines(), *make_abc_database(coarse_grid(3)),
+            time_distances(state, name, engines(), *open_model("abc", coarse_grid(3)),
                            {&pointer, 1}, {&pointer, 1});
         }).Iterations(1);
     }

@@ -8,8 +8,8 @@
 #include <random>
 
 #include "app/pipeline/refine.h"
-#include "engine/database/abc_database.h"
 #include "engine/database/merl_directory.h"
+#include "engine/database/model_database.h"
 #include "engine/distance/float64_distances.h"
 #include "tests/bench/bench.h"
 
@@ -40,9 +40,9 @@ const Database& database() {
     static const std::unique_ptr<Database> database = []() -> std::unique_ptr<Database> {
         if (settings().check) {
             return std::make_unique<BlendedDatabase>(
-                *engine::make_abc_database({.theta_h = 18, .theta_d = 18, .phi_d = 36}), 30);
+                *engine::open_model("abc", {.theta_h = 18, .theta_d = 18, .phi_d = 36}), 30);
         }
-        return settings().database.empty() ? engine::make_abc_database()
+        return settings().database.empty() ? engine::open_model("abc")
                                            : engine::open_merl_directory(settings().database);
     }();
     return *database;

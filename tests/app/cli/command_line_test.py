@@ -6,6 +6,7 @@ import support
 from support import USAGE, Case, write_database
 
 COMMANDS = [], ["scan"], ["compare"], ["score"], ["devices"], ["metrics"], ["metrics", "show"], \
+    ["models"], ["models", "show"], \
     ["database"], ["database", "info"], ["database", "write"], ["verify"], ["slices"]
 
 

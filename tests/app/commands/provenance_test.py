@@ -171,7 +171,7 @@ class Judge(Provenance):
 
     def test_the_built_in_database(self):
         self.scan("--select", "2", "--disagreements", "0", out="abc")
-        self.assertIsNone(read_json(self.work / "abc" / "summary.json")["database"]["path"])
+        self.assertEqual(read_json(self.work / "abc" / "summary.json")["database"]["path"], "abc")
         judge = ("judge", "--selection", "abc/selection.csv", "--size", "16", "--sentinels", "0",
                  "--random", "0")
         self.assert_success(*judge)

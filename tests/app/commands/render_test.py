@@ -95,7 +95,7 @@ class AbcSamples:
     """Samples of the built-in database as stored numbers, from the published fit and the formula."""
 
     def __init__(self, name, channel, grid):
-        path = pathlib.Path(__file__).parents[3] / "engine" / "database" / "abc_fits.csv"
+        path = pathlib.Path(__file__).parents[3] / "shaders" / "models" / "abc.csv"
         with path.open(encoding="utf-8") as file:
             fit = next(row for row in csv.reader(file) if row[0] == name)
         numbers = [float(x) for x in fit[1:]]

@@ -8,8 +8,8 @@
 #include "app/pipeline/scan.h"
 #include "app/pipeline/score.h"
 #include "app/pipeline/spheres.h"
-#include "engine/database/abc_database.h"
 #include "engine/database/memory_database.h"
+#include "engine/database/model_database.h"
 #include "engine/database/subset_database.h"
 #include "scan/score/judgement_file.h"
 #include "tests/engine/support.h"
@@ -24,7 +24,7 @@ const std::array<const engine::Metric*, 2>& two_metrics() {
 }
 
 std::unique_ptr<engine::Database> coarse_database() {
-    return engine::make_abc_database({.theta_h = 9, .theta_d = 9, .phi_d = 18});
+    return engine::open_model("abc", {.theta_h = 9, .theta_d = 9, .phi_d = 18});
 }
 
 PairDistances distances_of(const engine::Database& database, const Control& control = {}) {

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <vector>
 
-#include "engine/database/abc_database.h"
+#include "engine/database/model_database.h"
 #include "engine/distance/parts/slab_reader.h"
 #include "tests/engine/support.h"
 
@@ -77,7 +77,7 @@ TEST(DamageCheck, AWholeMaterialHasNoFault) {
     EXPECT_EQ(fault_of(whole()), "");
     EXPECT_EQ(fault_of(whole(), 77), "");
     EXPECT_EQ(fault_of(std::vector<double>(3 * kVoxels, 0.3)), "");  // a made-up diffuser
-    const auto database = make_abc_database(kGrid);                  // zero below the horizon
+    const auto database = open_model("abc", kGrid);                  // zero below the horizon
     for (std::size_t m = 0; m < database->materials().size(); ++m) {
         std::vector<double> samples(3 * kVoxels);
         database->read(m, {0, kVoxels}, samples);

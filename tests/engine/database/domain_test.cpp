@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <glm/gtc/matrix_transform.hpp>
@@ -93,6 +94,27 @@ TEST(VoxelList, RunsOfAnyPartAreThePartOfAllRuns) {
             EXPECT_EQ(got.size(), last);
         }
         EXPECT_EQ(got, expected);
+    }
+}
+
+TEST(Domain, ARowIsItsVoxels) {
+    const Domain domain({.theta_h = 3, .theta_d = 4, .phi_d = 9});
+    std::array<Voxel, 5> row;
+    for (const std::uint64_t first : {0, 4, 9, 13, 3 * 4 * 9 - 5}) {
+        domain.row(first, row);
+        for (std::size_t k = 0; k < row.size(); ++k) {
+            const Voxel expected = domain.voxel(first + k);
+            EXPECT_EQ(row[k].theta_h, expected.theta_h);
+            EXPECT_EQ(row[k].theta_d, expected.theta_d);
+            EXPECT_EQ(row[k].phi_d, expected.phi_d);
+            EXPECT_EQ(row[k].cos_theta_i, expected.cos_theta_i);
+            EXPECT_EQ(row[k].cos_theta_o, expected.cos_theta_o);
+            EXPECT_EQ(row[k].s_merl, expected.s_merl);
+            EXPECT_EQ(row[k].solid_angle, expected.solid_angle);
+            EXPECT_EQ(row[k].voxels, expected.voxels);
+            EXPECT_EQ(row[k].theta_h_layer, expected.theta_h_layer);
+            EXPECT_EQ(row[k].theta_d_layers, expected.theta_d_layers);
+        }
     }
 }
 

@@ -6,9 +6,9 @@
 #include <fstream>
 
 #include "engine/base/error.h"
-#include "engine/database/abc_database.h"
 #include "engine/database/content_hash.h"
 #include "engine/database/memory_database.h"
+#include "engine/database/model_database.h"
 #include "engine/database/subset_database.h"
 #include "tests/engine/support.h"
 

@@ -8,7 +8,7 @@
 #include <memory>
 #include <string>
 
-#include "engine/database/abc_database.h"
+#include "engine/database/model_database.h"
 #include "engine/distance/float64_distances.h"
 #include "tests/engine/other_device.h"
 #include "tests/engine/support.h"
@@ -86,7 +86,7 @@ Metric without_twin(Metric metric) {
 void expect_library_as_reference(Engines& engines, bool of_a_user = false) {
     // Enough layers of theta_h for the windows of summaries, and no colours whose hues are
     // opposite: there CIEDE2000 jumps, and a user's copy of it would be refused.
-    const auto database = make_abc_database({.theta_h = 24, .theta_d = 11, .phi_d = 22});
+    const auto database = open_model("abc", {.theta_h = 24, .theta_d = 11, .phi_d = 22});
     std::vector<Metric> library(metrics().begin(), metrics().end());
     library.push_back(open_metric("sun-log2:epsilon=0.5"));
     library.push_back(open_metric("ngan:largest_angle=80"));

@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "engine/base/error.h"
-#include "engine/database/abc_database.h"
+#include "engine/database/model_database.h"
 #include "engine/database/subset_database.h"
 #include "engine/distance/distances.h"
 #include "engine/distance/float64_distances.h"
@@ -131,7 +131,7 @@ TEST(Summary, AnEmptyWindowIsNamed) {
         EXPECT_NE(empty_window(metric, {.theta_h = n, .theta_d = n, .phi_d = 2 * n}), std::nullopt)
             << n;
     }
-    const auto small = make_abc_database({.theta_h = 6, .theta_d = 6, .phi_d = 12});
+    const auto small = open_model("abc", {.theta_h = 6, .theta_d = 6, .phi_d = 12});
     const Metric of_a_user = without_twin(metric);
     for (const auto* one : {&metric, &of_a_user}) {
         const Metric* const list[] = {one};
@@ -253,7 +253,7 @@ TEST(Summary, DoesNotDependOnSlabSizeStagingOrThreads) {
 
 /// Where shaders have no float64 the host does all of it.
 TEST(Summary, NeedsNoFloat64OfADevice) {
-    const auto database = make_abc_database({.theta_h = 30, .theta_d = 30, .phi_d = 60});
+    const auto database = open_model("abc", {.theta_h = 30, .theta_d = 30, .phi_d = 60});
     Engines without(test::lavapipe_without_float64());
     const Metric* const both[] = {&find_metric("rmse"), &find_metric("gloss-contrast")};
     const auto found = compute_distances(without, *database, both);
@@ -268,7 +268,7 @@ TEST(Summary, NeedsNoFloat64OfADevice) {
 
 /// What `tune` does: other parameters, the same means.
 TEST(Summary, FeaturesOfOtherParametersNeedNoSamples) {
-    const auto database = make_abc_database({.theta_h = 30, .theta_d = 30, .phi_d = 60});
+    const auto database = open_model("abc", {.theta_h = 30, .theta_d = 30, .phi_d = 60});
     const Metric& usual = find_metric("gloss-contrast");
     const Metric other = open_metric("gloss-contrast:haze=2:profile=0");
     const Metric* const both[] = {&usual, &other};
@@ -310,7 +310,7 @@ std::vector<GoldenRow> golden_rows() {
 TEST(Summary, TheLibraryIsThatOfItsGoldenValues) {
     const auto rows = golden_rows();
     ASSERT_EQ(rows.size(), 28U);
-    const auto built_in = make_abc_database();
+    const auto built_in = open_model("abc");
     std::vector<std::size_t> chosen;
     for (std::size_t m = 0; m < built_in->materials().size(); ++m) {
         if (std::ranges::any_of(rows, [&](const GoldenRow& row) {
@@ -320,7 +320,7 @@ TEST(Summary, TheLibraryIsThatOfItsGoldenValues) {
             chosen.push_back(m);
         }
     }
-    const auto database = make_subset(make_abc_database(), chosen);
+    const auto database = make_subset(open_model("abc"), chosen);
     const std::array metrics = {open_metric("gloss-contrast:profile=0"),
                                 open_metric("gloss-contrast"), open_metric("window-log")};
     std::vector<Metric> of_a_user;

@@ -7,7 +7,7 @@
 #include <fstream>
 #include <sstream>
 
-#include "engine/database/abc_database.h"
+#include "engine/database/model_database.h"
 #include "engine/distance/distances.h"
 #include "engine/distance/float64_distances.h"
 #include "engine/distance/vulkan/vulkan_metric.h"
@@ -89,7 +89,7 @@ TEST(ErrorBound, HoldsForHugeTinyAndBlackMaterials) {
 
 void expect_golden_distances(Engines& engines) {
     // Against the independent float64 table, which has 14 to 15 digits.
-    const auto database = make_abc_database();
+    const auto database = open_model("abc");
     const Metric* const chosen[] = {&find_metric("cwcbrt"), &find_metric("pawcielab")};
     const auto result = compute_distances(engines, *database, chosen);
     std::ifstream file(MERL_GOLDEN_CSV);

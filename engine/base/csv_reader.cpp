@@ -1,4 +1,4 @@
-#include "scan/io/csv_reader.h"
+#include "engine/base/csv_reader.h"
 
 #include <fmt/format.h>
 
@@ -6,9 +6,9 @@
 #include <utility>
 
 #include "engine/base/error.h"
-#include "scan/io/input.h"
+#include "engine/base/text.h"
 
-namespace merl::scan {
+namespace merl {
 
 std::string columns_text(const std::vector<std::string>& header) {
     constexpr std::size_t kMost = 16;
@@ -128,4 +128,4 @@ bool CsvReader::take_line_end() {
     return true;
 }
 
-}  // namespace merl::scan
+}  // namespace merl

@@ -7,7 +7,7 @@
 
 #include "engine/base/error.h"
 
-namespace merl::scan {
+namespace merl {
 
 /// The most fields of a row.
 inline constexpr std::size_t max_csv_fields = 4096;
@@ -56,4 +56,4 @@ class CsvReader {
     std::size_t width_ = 0;  // fields of the header; 0 without one
 };
 
-}  // namespace merl::scan
+}  // namespace merl

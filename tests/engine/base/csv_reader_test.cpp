@@ -1,4 +1,4 @@
-#include "scan/io/csv_reader.h"
+#include "engine/base/csv_reader.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -6,9 +6,8 @@
 #include <functional>
 
 #include "engine/base/error.h"
-#include "scan/io/input.h"
 
-namespace merl::scan {
+namespace merl {
 namespace {
 
 using ::testing::AllOf;
@@ -114,4 +113,4 @@ TEST(CsvReader, SaysWhatIsNoCsv) {
 }
 
 }  // namespace
-}  // namespace merl::scan
+}  // namespace merl

@@ -36,43 +36,60 @@ ${entries}    };
 endfunction()
 
 # Adds every *.glsl of `folder`, a path from the root of the sources, as text and as its twin, and a
-# function `merl::engine::<list>()` that gives them all.
-function(add_metrics target folder list)
+# function `merl::engine::<list>()` that gives them all. `kind` is metric or model, `type` what
+# `header` declares for one, `ending` that of files beside them that twins are made of too; the
+# templates follow.
+function(add_twins target folder list kind type header ending)
   file(GLOB files CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/${folder}/*.glsl)
   list(SORT files)
   set(declarations "")
   set(entries "")
   foreach(file IN LISTS files)
-    get_filename_component(METRIC_NAME ${file} NAME_WE)
-    string(MAKE_C_IDENTIFIER ${METRIC_NAME} METRIC_ID)
-    set(twin ${CMAKE_CURRENT_BINARY_DIR}/metrics/${METRIC_ID}.cpp)
-    set(templates ${PROJECT_SOURCE_DIR}/engine/metric/twin.cpp.in
-        ${PROJECT_SOURCE_DIR}/engine/metric/summary_twin.cpp.in)
+    get_filename_component(name ${file} NAME_WE)
+    string(MAKE_C_IDENTIFIER ${name} id)
+    set(twin ${CMAKE_CURRENT_BINARY_DIR}/${kind}s/${id}.cpp)
+    set(beside "")
+    if(ending)
+      set(beside ${PROJECT_SOURCE_DIR}/${folder}/${name}${ending})
+    endif()
     add_custom_command(OUTPUT ${twin}
-      COMMAND make_twin ${templates} ${file} ${folder}/${METRIC_NAME}.glsl ${twin}
-      DEPENDS make_twin ${templates} ${file} VERBATIM)
+      COMMAND make_twin ${kind} ${file} ${folder}/${name}.glsl ${twin} ${ARGN}
+      DEPENDS make_twin ${ARGN} ${file} ${beside} VERBATIM)
     target_sources(${target} PRIVATE ${twin})
     # Whatever a metric calls has to be inlined before its loop over voxels becomes vectors, and a
     # condition may only become a choice where nobody asks which operations raised a flag. In a twin
     # "float" is a macro, for double.
     set_source_files_properties(${twin} PROPERTIES
       COMPILE_OPTIONS "-fno-trapping-math;-finline-functions;$<$<CXX_COMPILER_ID:GNU>:--param=max-inline-insns-auto=1000;--param=max-inline-insns-single=1000;--param=inline-unit-growth=1000>;$<$<CXX_COMPILER_ID:Clang>:-Wno-keyword-macro>")
-    string(APPEND declarations "extern const BuiltMetric metric_${METRIC_ID};\n")
-    string(APPEND entries "glsl::metric_${METRIC_ID}, ")
+    string(APPEND declarations "extern const ${type} ${kind}_${id};\n")
+    string(APPEND entries "glsl::${kind}_${id}, ")
   endforeach()
-  file(CONFIGURE OUTPUT ${CMAKE_CURRENT_BINARY_DIR}/metrics/${list}.cpp @ONLY CONTENT
+  file(CONFIGURE OUTPUT ${CMAKE_CURRENT_BINARY_DIR}/${kind}s/${list}.cpp @ONLY CONTENT
 "#include <vector>
 
-#include \"engine/metric/metric_library.h\"
+#include \"${header}\"
 
 namespace merl::engine {
 namespace glsl {
 ${declarations}}
-std::span<const BuiltMetric> ${list}() {
-    static const std::vector<BuiltMetric> all = {${entries}};
+std::span<const ${type}> ${list}() {
+    static const std::vector<${type}> all = {${entries}};
     return all;
 }
 }  // namespace merl::engine
 ")
-  target_sources(${target} PRIVATE ${CMAKE_CURRENT_BINARY_DIR}/metrics/${list}.cpp)
+  target_sources(${target} PRIVATE ${CMAKE_CURRENT_BINARY_DIR}/${kind}s/${list}.cpp)
+endfunction()
+
+# Adds the metrics of `folder`.
+function(add_metrics target folder list)
+  add_twins(${target} ${folder} ${list} metric BuiltMetric engine/metric/metric_library.h ""
+            ${PROJECT_SOURCE_DIR}/engine/metric/twin.cpp.in
+            ${PROJECT_SOURCE_DIR}/engine/metric/summary_twin.cpp.in)
+endfunction()
+
+# Adds the models of `folder`, each with its table.
+function(add_models target folder list)
+  add_twins(${target} ${folder} ${list} model BuiltModel engine/database/model.h .csv
+            ${PROJECT_SOURCE_DIR}/engine/database/model_twin.cpp.in)
 endfunction()
