@@ -27,7 +27,6 @@
 #include "engine/base/error.h"
 #include "engine/base/hash.h"
 #include "engine/base/text.h"
-#include "engine/database/abc_database.h"
 #include "scan/io/csv.h"
 #include "scan/io/input.h"
 #include "scan/votes/kit_file.h"
@@ -64,9 +63,7 @@ struct Inputs {
 
 /// The name of the built-in database if that was judged: whatever is published has to say so.
 std::string stand_in_of(const Inputs& inputs) {
-    return inputs.scanned && inputs.scanned->kind == engine::built_in_kind
-               ? inputs.scanned->source["database"]["name"].get<std::string>()
-               : "";
+    return inputs.scanned ? inputs.scanned->stand_in() : "";
 }
 
 /// `sources` gets the names and hashes of the files.
