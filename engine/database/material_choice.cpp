@@ -70,9 +70,6 @@ class Materials {
         if (is_name(pattern, name)) {
             return true;
         }
-        if (pattern.find('\0') != std::string::npos) {
-            return false;  // no name has one, and fnmatch would take what is before it
-        }
         return pattern.find('/') == std::string::npos
                    ? fnmatch(pattern.c_str(), std::string(own_name(name)).c_str(), 0) == 0
                    : fnmatch(pattern.c_str(), name.c_str(), FNM_PATHNAME) == 0;
@@ -96,7 +93,11 @@ class Materials {
         }
         const std::string path = item.substr(1);
         const File file(path);
-        const auto patterns = lines_of(file.read_all(kMostListBytes));
+        const std::string text = file.read_all(kMostListBytes);
+        if (text.find('\0') != std::string::npos) {
+            file.fail("found a zero byte; expected text");
+        }
+        const auto patterns = lines_of(text);
         if (patterns.empty()) {
             file.fail("found no line; expected names or patterns of materials, one a line");
         }
