@@ -326,6 +326,7 @@ void add_render(CLI::App& program, Command& chosen) {
         "Examples:\n"
         "  merl-scan render --materials gold-paint --out gold.exr     gold.png beside it\n"
         "  merl-scan render --out spheres                             all materials\n"
+        "  merl-scan render --database ~/merl --database mine=~/fits --materials '*/gold-*'\n"
         "  merl-scan render --selection results/selection.csv --out spheres\n"
         "  merl-scan render --light 1,1,1 --light -1,1,-0.5 --background 0 --out spheres");
     command->callback([&chosen, options] { chosen = [options] { return run(*options); }; });

@@ -471,10 +471,14 @@ void add_score(CLI::App& program, Command& chosen) {
     add_output_options(*command, options->out, options->force);
     add_quiet_option(*command, options->quiet);
     command->footer(
-        "Writes score.csv, score_pairs.csv, score.svg and summary.json (docs/scoring.md). Without\n"
-        "--database and --distances, the judgements.csv of `votes` is scored with the database "
-        "whose\n"
-        "spheres were judged.\n"
+        std::string(
+            "Writes score.csv, score_pairs.csv, score.svg and summary.json (docs/scoring.md). "
+            "Without\n"
+            "--database and --distances, the judgements.csv of `votes` is scored with the database "
+            "whose\n"
+            "spheres were judged.\n"
+            "\n") +
+        kDatabaseHelp +
         "\n"
         "Examples:\n"
         "  merl-scan score --judgements votes.csv\n"

@@ -239,7 +239,8 @@ void add_slices(CLI::App& program, Command& chosen) {
         "\n"
         "Examples:\n"
         "  merl-scan slices --out slices\n"
-        "  merl-scan slices --out slices --materials chrome,blue-fabric --force");
+        "  merl-scan slices --out slices --materials chrome,blue-fabric --force\n"
+        "  merl-scan slices --out slices --database ~/merl --materials 'gold-*'");
     command->callback([&chosen, options] { chosen = [options] { return run(*options); }; });
 }
 
