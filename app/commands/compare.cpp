@@ -242,12 +242,13 @@ void add_compare(CLI::App& program, Command& chosen) {
                     "summary.json\n"
                     "(docs/file-formats.md).\n"
                     "\n") +
-        kMetricsHelp +
+        kMetricsHelp + "\n" + kDatabaseHelp +
         "\n"
         "Examples:\n"
         "  merl-scan compare\n"
         "  merl-scan compare --metrics cwcbrt,pawcielab,rmse --database ~/merl/brdfs --out "
         "results\n"
+        "  merl-scan compare --database ~/merl --database ~/rgl --exclude '*fabric*'\n"
         "  merl-scan compare --metrics all,./my_metric.glsl --out results\n"
         "  merl-scan compare --distances network.csv --out results");
     command->callback([&chosen, options] { chosen = [options] { return run(*options); }; });

@@ -4,12 +4,14 @@
 #include <algorithm>
 #include <filesystem>
 #include <functional>
+#include <iterator>
 #include <limits>
 #include <memory>
 #include <span>
 #include <system_error>
 #include <vector>
 
+#include "app/cli/database_options.h"
 #include "app/cli/exit_status.h"
 #include "app/cli/options.h"
 #include "app/cli/progress.h"
@@ -21,7 +23,7 @@
 #include "engine/database/damage.h"
 #include "engine/database/domain.h"
 #include "engine/database/merl_file.h"
-#include "engine/database/open_database.h"
+#include "engine/database/open_databases.h"
 #include "scan/io/csv.h"
 
 namespace merl::app {
@@ -32,8 +34,7 @@ using engine::VoxelRange;
 using engine::VoxelRun;
 
 struct Options {
-    std::string path;      // for info
-    std::string database;  // for write
+    DatabaseOptions database;
     std::string out;
     bool force = false;
     bool quiet = false;
@@ -141,7 +142,7 @@ auto share_of(Progress& progress, std::size_t material, std::size_t count) {
 }
 
 int info(const Options& options) {
-    const auto [name, sources] = engine::list_database(options.path);
+    const auto [name, sources] = engine::list_databases(options.database.choice());
     print_line(
         fmt::format("{}: {} material{}", name, sources.size(), sources.size() == 1 ? "" : "s"));
     print_heading();
@@ -198,15 +199,26 @@ int info(const Options& options) {
                : kInput;
 }
 
-int write(const Options& options) {
-    const auto database = engine::open_database(options.database);
-    const auto& materials = database->materials();
+/// Throws Error (usage) when a directory is where the database, or a part of it, is read from.
+void refuse_source(const std::string& directory, const engine::Database& database) {
+    std::vector<std::string> paths = {database.path()};
+    std::ranges::transform(database.parts(), std::back_inserter(paths),
+                           &engine::DatabasePart::path);
     std::error_code none;
-    if (std::filesystem::equivalent(options.out, database->path(), none)) {
-        throw Error(Fault::usage,
-                    fmt::format("{}: is the database that is read; write into another directory",
-                                options.out));
+    for (const auto& path : paths) {
+        if (std::filesystem::equivalent(directory, path, none)) {
+            throw Error(
+                Fault::usage,
+                fmt::format("{}: is the database that is read; write into another directory",
+                            directory));
+        }
     }
+}
+
+int write(const Options& options) {
+    const auto database = open_database(options.database);
+    const auto& materials = database->materials();
+    refuse_source(options.out, *database);
     if (engine::is_over_all_of_phi_d(database->grid())) {
         throw InputError(fmt::format(
             "{}: the grid is {}; with so many phi_d its files would be taken for BRDFs over [0, 2 "
@@ -216,11 +228,12 @@ int write(const Options& options) {
     std::vector<OutputFile> files;
     Progress progress("writing", options.quiet);
     for (std::size_t m = 0; m < materials.size(); ++m) {
-        files.push_back({.name = materials[m] + ".binary", .write = [&, m](int file) {
-                             scan::write_all(file, engine::merl_file(*database, m));
-                             progress.update(static_cast<double>(m + 1) /
-                                             static_cast<double>(materials.size()));
-                         }});
+        files.push_back(
+            {.name = engine::file_stem(materials[m]) + ".binary", .write = [&, m](int file) {
+                 scan::write_all(file, engine::merl_file(*database, m));
+                 progress.update(static_cast<double>(m + 1) /
+                                 static_cast<double>(materials.size()));
+             }});
     }
     OutputDirectory out(options.out, options.force, std::move(files));
     out.finish();
@@ -230,6 +243,13 @@ int write(const Options& options) {
                                options.out));
     }
     return kSuccess;
+}
+
+/// What follows the value of an option here is an argument of the command.
+void one_value_each(const std::vector<CLI::Option*>& options) {
+    for (auto* option : options) {
+        option->allow_extra_args(false);
+    }
 }
 
 }  // namespace
@@ -243,20 +263,23 @@ void add_database(CLI::App& program, Command& chosen) {
         "Examples:\n"
         "  merl-scan database info                          the built-in database\n"
         "  merl-scan database info ~/merl/brdfs             what is in it; names every bad file\n"
+        "  merl-scan database info ~/merl mine=~/fits       of both: merl/NAME and mine/NAME\n"
         "  merl-scan database write /tmp/abc                the built-in database as files");
 
     auto* info_command = command->add_subcommand(
         "info", "Per material: samples, negative samples (not measured), range of values");
     info_command
-        ->add_option("path", options->path,
-                     engine::database_help() + ", or one file of it (default: built-in)")
+        ->add_option("databases", options->database.databases,
+                     fmt::format("[LABEL=]PATH or NAME: {}, or one file of it (default: built-in)",
+                                 engine::database_help()))
         ->transform(not_empty());
+    one_value_each(add_material_options(*info_command, options->database));
     add_quiet_option(*info_command, options->quiet, "No progress");
     info_command->footer(
         "Examples:\n"
         "  merl-scan database info ~/merl/brdfs\n"
         "  merl-scan database info ~/merl/brdfs/chrome.binary\n"
-        "  merl-scan database info ~/rgl\n"
+        "  merl-scan database info ~/rgl mine=~/fits --exclude '*fabric*'\n"
         "\n"
         "A file that cannot be used, that looks like a broken copy, or that has the content of\n"
         "another is named with the reason, the others are still listed, and the exit status is 3.");
@@ -267,12 +290,13 @@ void add_database(CLI::App& program, Command& chosen) {
     write_command->add_option("directory", options->out, "The directory to make")
         ->transform(not_empty())
         ->required();
-    add_database_option(*write_command, options->database);
+    one_value_each(add_database_options(*write_command, options->database));
     add_force_option(*write_command, options->force, "Replace the files of an existing directory");
     add_quiet_option(*write_command, options->quiet);
     write_command->footer(
         "Examples:\n"
         "  merl-scan database write /tmp/abc\n"
+        "  merl-scan database write /tmp/rgl --database ~/rgl --grid 45x45x90\n"
         "  merl-scan scan --database /tmp/abc --out results");
     write_command->callback([&chosen, options] { chosen = [options] { return write(*options); }; });
 }

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "app/cli/control.h"
+#include "app/cli/database_options.h"
 #include "app/cli/exit_status.h"
 #include "app/cli/options.h"
 #include "app/cli/progress.h"
@@ -44,7 +45,7 @@ struct Options {
     std::string selection;
     std::string pairs;
     std::string out = "merl-scan-kit";
-    std::string database;
+    DatabaseOptions database;
     scan::KitPlan plan;
     bool keep_sides = false;
     bool keep_pairs = false;
@@ -170,7 +171,7 @@ void print_summary(const Options& options, const engine::Database& database, con
         return static_cast<std::uint64_t>(
             std::ranges::count(kit.trials, kind, &scan::KitTrial::kind));
     };
-    print_result("database", fmt::format("{}, {}", database.name(), database.kind()));
+    print_result("database", database_text(database));
     print_result("trials",
                  fmt::format("{}: {} of the selection, {}, {}, {}", kit.trials.size(),
                              count(scan::TrialKind::selection),
@@ -281,7 +282,7 @@ void add_judge(CLI::App& program, Command& chosen) {
         ->add_option("--pairs", options->pairs,
                      "The pairs.csv of the same scan (default: the one beside the selection)")
         ->transform(not_empty());
-    add_database_option(
+    add_database_options(
         *command, options->database,
         "where what was scanned is (default: what summary.json beside the selection "
         "says)");

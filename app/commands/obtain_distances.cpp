@@ -10,9 +10,9 @@
 #include "app/cli/options.h"
 #include "app/cli/terminal.h"
 #include "app/cli/tried_device.h"
+#include "app/output/json.h"
 #include "app/pipeline/metrics.h"
 #include "engine/base/error.h"
-#include "engine/database/open_database.h"
 #include "engine/device/buffer.h"
 
 namespace merl::app {
@@ -83,7 +83,7 @@ ObtainedDistances compute(const DistanceOptions& options, const MetricNeeds& nee
     const auto texts = split_list(options.metrics.value_or(needs.from_database), "--metrics");
     result.opened = pipeline::open_metrics(texts);
     require_metrics(result.opened.size(), needs);
-    result.database = engine::open_database(options.database);  // which has no threads of its own
+    result.database = open_database(options.database);  // which has no threads of its own
     auto left_out = pipeline::leave_out_empty(result.opened, texts, result.database->grid());
     for (const auto& metric : result.opened) {
         result.metrics.push_back(&metric);
@@ -121,7 +121,7 @@ ObtainedDistances read(const DistanceOptions& options, const MetricNeeds& needs,
 
 CLI::Option* add_distance_options(CLI::App& command, DistanceOptions& options,
                                   const MetricNeeds& needs) {
-    auto* database = add_database_option(command, options.database);
+    auto computed_only = add_database_options(command, options.database);
     auto* distances =
         command
             .add_option(
@@ -146,15 +146,27 @@ CLI::Option* add_distance_options(CLI::App& command, DistanceOptions& options,
             ->default_str("1G");
     command.add_option("--threads", options.threads, "Processor threads (default: all)")
         ->transform(whole_number(1, 4096));
-    for (auto* other : {database, device, memory}) {
+    computed_only.insert(computed_only.end(), {device, memory});
+    for (auto* other : computed_only) {
         distances->excludes(other);
     }
     return distances;
 }
 
 nlohmann::ordered_json computing_options_json(const DistanceOptions& options) {
-    return {
+    nlohmann::ordered_json json = {
         {"device", options.device}, {"memory_bytes", options.memory}, {"threads", options.threads}};
+    const auto& [materials, exclude] = options.database.materials;
+    for (const auto& [key, patterns] :
+         {std::pair("materials", &materials), {"exclude", &exclude}}) {
+        if (!patterns->empty()) {
+            json[key] = texts_json(*patterns);
+        }
+    }
+    if (!options.database.grid.empty()) {
+        json["grid"] = options.database.grid;
+    }
+    return json;
 }
 
 std::unique_ptr<tbb::global_control> limit_threads(unsigned threads) {

@@ -11,8 +11,8 @@
 #include <utility>
 #include <vector>
 
-#include "app/cli/choose_materials.h"
 #include "app/cli/control.h"
+#include "app/cli/database_options.h"
 #include "app/cli/exit_status.h"
 #include "app/cli/options.h"
 #include "app/cli/sphere_options.h"
@@ -30,7 +30,6 @@
 #include "engine/base/hash.h"
 #include "engine/base/stopwatch.h"
 #include "engine/base/text.h"
-#include "engine/database/open_database.h"
 #include "scan/io/csv.h"
 #include "scan/io/input.h"
 #include "scan/select/selection_file.h"
@@ -44,9 +43,8 @@ constexpr const char* kPage = "contact-sheet.html";
 
 struct Options {
     std::string out = "merl-scan-spheres";
-    std::string database;
+    DatabaseOptions database;
     std::string selection;
-    std::vector<std::string> materials;
     SphereImageOptions image;
     bool force = false;
     bool quiet = false;
@@ -94,17 +92,19 @@ class Names {
         : database_(database), materials_(materials), target_(target), lights_(lights) {}
 
     std::string name(std::size_t material, std::size_t light) const {
-        const auto& stem =
-            target_.stem.empty() ? database_.materials()[materials_[material]] : target_.stem;
-        return lights_ == 1 ? stem : fmt::format("{}-light-{}", stem, light + 1);
+        return with_light(target_.stem.empty()
+                              ? engine::file_stem(database_.materials()[materials_[material]])
+                              : target_.stem,
+                          light);
     }
 
     /// All of them, those of the first light first.
-    std::vector<std::string> in_order() const {
-        std::vector<std::string> list;
+    std::vector<ContactImage> in_order() const {
+        std::vector<ContactImage> list;
         for (std::size_t light = 0; light < lights_; ++light) {
             for (std::size_t material = 0; material < materials_.size(); ++material) {
-                list.push_back(name(material, light));
+                list.push_back({name(material, light),
+                                with_light(database_.materials()[materials_[material]], light)});
             }
         }
         return list;
@@ -117,8 +117,8 @@ class Names {
         if (target_.stem.empty()) {
             names.insert(kSheet);
         }
-        for (const auto& name : in_order()) {
-            for (const auto& file : {name + target_.exr, name + target_.png}) {
+        for (const auto& image : in_order()) {
+            for (const auto& file : {image.file + target_.exr, image.file + target_.png}) {
                 if (!names.insert(file).second) {
                     throw Error(Fault::usage,
                                 fmt::format("two images would be called \"{}\"; render the "
@@ -132,6 +132,10 @@ class Names {
     }
 
   private:
+    std::string with_light(const std::string& name, std::size_t light) const {
+        return lights_ == 1 ? name : fmt::format("{}-light-{}", name, light + 1);
+    }
+
     const engine::Database& database_;
     const std::vector<std::size_t>& materials_;
     const Target& target_;
@@ -184,9 +188,9 @@ class ContactSheet {
 /// What is rendered: the database of a scan, or any other.
 class Source {
   public:
-    explicit Source(const Options& options) : wanted_(options.materials) {
+    explicit Source(const Options& options) {
         if (options.selection.empty()) {
-            any_ = engine::open_database(options.database);
+            any_ = open_database(options.database);
             return;
         }
         const std::string text = scan::read_input(options.selection);
@@ -195,7 +199,7 @@ class Source {
             find_scan_record(options.selection, "selection.csv", hash_of(text), &selection),
             options.selection, options.database, options.quiet);
         std::ranges::for_each(scanned_->warnings(), print_warning);
-        if (wanted_.empty()) {
+        if (options.database.materials.is_all()) {
             for (const auto& configuration : selection.configurations) {
                 selected_.insert(configuration.materials.begin(), configuration.materials.end());
             }
@@ -204,13 +208,10 @@ class Source {
 
     const engine::Database& database() const { return any_ ? *any_ : scanned_->database(); }
 
-    /// Indices of the materials that were asked for: by name, those of the selection, or all.
+    /// Indices of the materials to render: those that the options choose, of the selection, or all.
     std::vector<std::size_t> materials() const {
         const auto& names = database().materials();
         std::vector<std::size_t> chosen;
-        if (!wanted_.empty()) {
-            return find_materials(database(), wanted_);
-        }
         for (std::size_t m = 0; m < names.size(); ++m) {
             if (selected_.empty() || selected_.contains(names[m])) {
                 chosen.push_back(m);
@@ -235,8 +236,7 @@ class Source {
     }
 
   private:
-    std::vector<std::string> wanted_;
-    std::set<std::string> selected_;
+    std::set<std::string> selected_;  // empty: all of the database
     std::unique_ptr<engine::Database> any_;
     std::optional<ScannedDatabase> scanned_;
 };
@@ -250,8 +250,8 @@ int run(const Options& options) {
     const Target target = target_of(options, materials.size());
     const Names names(database, materials, target, lights);
     ContactSheet sheet(materials.size() * lights, view.sphere.size);
-    const auto title = as_utf8(fmt::format("{} of {}, {}", counted(materials.size(), "material"),
-                                           database.name(), database.kind()));
+    const auto title = as_utf8(
+        fmt::format("{} of {}", counted(materials.size(), "material"), database_text(database)));
     auto files = names.files();
     if (target.stem.empty()) {
         files.push_back({.name = kSheet, .write = [&](int file) {
@@ -275,8 +275,8 @@ int run(const Options& options) {
             source.check(material, sphere.content_hash);
             const auto name = names.name(sphere.material, sphere.light);
             const auto comment = with_content_hash(
-                as_utf8(fmt::format("{} of {}, {}; light from {}", database.materials()[material],
-                                    database.name(), database.kind(),
+                as_utf8(fmt::format("{} of {}; light from {}", database.materials()[material],
+                                    source_text(database, material),
                                     options.image.lights[sphere.light])),
                 sphere.content_hash);
             out.write(name + target.exr, exr_file(linear, comment));
@@ -287,8 +287,8 @@ int run(const Options& options) {
     out.finish();
     terminal.clear();
     if (!options.quiet) {
-        print_line(fmt::format("{} of {}, {}", counted(materials.size() * lights, "sphere"),
-                               database.name(), database.kind()));
+        print_line(fmt::format("{} of {}", counted(materials.size() * lights, "sphere"),
+                               database_text(database)));
         print_line(
             fmt::format("{:.2f} seconds on {}; {}", watch.lap(), device_text(device),
                         target.stem.empty()
@@ -310,13 +310,10 @@ void add_render(CLI::App& program, Command& chosen) {
                      "both are written")
         ->transform(not_empty())
         ->capture_default_str();
-    add_database_option(*command, options->database,
-                        "(default: built-in; with --selection the one that was scanned)");
+    add_database_options(*command, options->database,
+                         "(default: built-in; with --selection what was scanned)");
     add_selection_option(*command, options->selection,
                          "of a scan: its materials, as they were scanned");
-    command->add_option("--material", options->materials,
-                        "A material, or names with commas between them, or the option more than "
-                        "once (default: all, or those of the selection)");
     add_sphere_options(*command, options->image);
     add_force_option(*command, options->force, "Replace images that exist");
     add_quiet_option(*command, options->quiet);
@@ -327,8 +324,9 @@ void add_render(CLI::App& program, Command& chosen) {
         "displayed.\n"
         "\n"
         "Examples:\n"
-        "  merl-scan render --material gold-paint --out gold.exr      gold.png beside it\n"
+        "  merl-scan render --materials gold-paint --out gold.exr     gold.png beside it\n"
         "  merl-scan render --out spheres                             all materials\n"
+        "  merl-scan render --database ~/merl --database mine=~/fits --materials '*/gold-*'\n"
         "  merl-scan render --selection results/selection.csv --out spheres\n"
         "  merl-scan render --light 1,1,1 --light -1,1,-0.5 --background 0 --out spheres");
     command->callback([&chosen, options] { chosen = [options] { return run(*options); }; });

@@ -265,10 +265,14 @@ void add_scan(CLI::App& program, Command& chosen) {
                     "\n") +
         kMetricsHelp +
         "What a file's metric leaves open in float32 stays open, as with --fast.\n"
+        "\n" +
+        kDatabaseHelp +
         "\n"
         "Examples:\n"
         "  merl-scan scan\n"
         "  merl-scan scan --database ~/merl/brdfs --out results\n"
+        "  merl-scan scan --database ~/merl --database mine=~/fits --out results\n"
+        "  merl-scan scan --database ~/merl --materials 'gold-*,chrome,@list.txt'\n"
         "  merl-scan scan --metrics rmse,pawcielab --disagreements 1000 --out rmse-results\n"
         "  merl-scan scan --metrics pawcielab,./my_metric.glsl:alpha=0.3\n"
         "  merl-scan scan --distances network.csv --metrics lpips,cwcbrt --out results\n"

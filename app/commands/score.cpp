@@ -296,7 +296,7 @@ void read_judgements(const Options& options, Outcome& o, const pipeline::Control
 
 /// Whether the options say which materials are scored.
 bool names_materials(const DistanceOptions& options) {
-    return !options.database.empty() || !options.distances.empty();
+    return !options.database.databases.empty() || !options.distances.empty();
 }
 
 /// Where distances come from: what the options say, otherwise the database whose spheres were
@@ -310,7 +310,7 @@ DistanceOptions distance_options(const Options& options, const Outcome& o) {
                 "or with --database the database to score",
                 o.scanned->summary));
         }
-        distances.database = database_option(*o.scanned);
+        distances.database.otherwise = recorded_choice(*o.scanned);
     }
     return distances;
 }
@@ -327,6 +327,16 @@ void find_what_was_judged(const Options& options, Outcome& o) {
     }
 }
 
+/// Whether the options choose some of the materials, and all that are left are as they were judged.
+bool is_part_of_scan(const Options& options, const Outcome& o) {
+    const auto& scanned = o.scanned->material_hashes;
+    return !options.distances.database.materials.is_all() &&
+           std::ranges::all_of(o.provenance().database->materials, [&](const auto& material) {
+               const auto found = scanned.find(material.name);
+               return found != scanned.end() && found->second == material.content_hash;
+           });
+}
+
 /// Distances of other materials than those that were judged are an error, unless the user has named
 /// the database. Judgements from elsewhere are scored with the stand-in, which is said.
 void compare_with_scan(const Options& options, Outcome& o) {
@@ -337,10 +347,11 @@ void compare_with_scan(const Options& options, Outcome& o) {
                          options.judgements, engine::kBuiltIn));
     }
     if (!o.scanned || !o.scanned->has_database() || !o.obtained.database ||
-        o.provenance().database->content_hash == o.scanned->content_hash) {
+        o.provenance().database->content_hash == o.scanned->content_hash ||
+        is_part_of_scan(options, o)) {
         return;
     }
-    if (options.distances.database.empty()) {
+    if (options.distances.database.databases.empty()) {
         throw InputError(fmt::format(
             "{}: the content is not what was scanned and judged, as {} says; --database "
             "names a database to score all the same",
@@ -382,14 +393,23 @@ void warn_of_fitted(const Options& options, Outcome& o) {
     }
 }
 
+/// The name of the built-in database if distances are of it: whatever is published has to say so.
+std::string stand_in_of(const pipeline::DatabaseProvenance& database) {
+    if (database.kind == engine::built_in_kind) {
+        return database.name;
+    }
+    const auto part =
+        std::ranges::find(database.parts, engine::built_in_kind, &pipeline::PartProvenance::kind);
+    return part == database.parts.end() ? "" : part->name;
+}
+
 /// What the plot says below its title.
 std::string subtitle(const Options& options, const Outcome& o) {
     const auto name = std::filesystem::path(options.judgements).filename().string();
     const auto& database = o.provenance().database;
+    const auto stand_in = database ? stand_in_of(*database) : "";
     return fmt::format("{}: {}{}", name, judgements_text(o),
-                       database && database->kind == engine::built_in_kind
-                           ? "; distances of " + database->name
-                           : "");
+                       stand_in.empty() ? "" : "; distances of " + stand_in);
 }
 
 int run(const Options& options) {
@@ -451,10 +471,14 @@ void add_score(CLI::App& program, Command& chosen) {
     add_output_options(*command, options->out, options->force);
     add_quiet_option(*command, options->quiet);
     command->footer(
-        "Writes score.csv, score_pairs.csv, score.svg and summary.json (docs/scoring.md). Without\n"
-        "--database and --distances, the judgements.csv of `votes` is scored with the database "
-        "whose\n"
-        "spheres were judged.\n"
+        std::string(
+            "Writes score.csv, score_pairs.csv, score.svg and summary.json (docs/scoring.md). "
+            "Without\n"
+            "--database and --distances, the judgements.csv of `votes` is scored with the database "
+            "whose\n"
+            "spheres were judged.\n"
+            "\n") +
+        kDatabaseHelp +
         "\n"
         "Examples:\n"
         "  merl-scan score --judgements votes.csv\n"

@@ -7,7 +7,7 @@
 #include <memory>
 #include <numbers>
 
-#include "app/cli/choose_materials.h"
+#include "app/cli/database_options.h"
 #include "app/cli/exit_status.h"
 #include "app/cli/options.h"
 #include "app/cli/progress.h"
@@ -15,10 +15,10 @@
 #include "app/commands/commands.h"
 #include "app/output/image_file.h"
 #include "app/output/output_directory.h"
+#include "app/output/provenance.h"
 #include "engine/base/error.h"
 #include "engine/base/text.h"
 #include "engine/database/domain.h"
-#include "engine/database/open_database.h"
 
 namespace merl::app {
 namespace {
@@ -32,8 +32,7 @@ constexpr std::uint32_t kMargin = 12;  // around the panels of figure 4.4
 
 struct Options {
     std::string out;
-    std::string database;
-    std::vector<std::string> materials;
+    DatabaseOptions database;
     bool force = false;
     bool quiet = false;
 };
@@ -172,10 +171,12 @@ pipeline::Image material_slice(const engine::Database& database, std::size_t mat
 }
 
 int run(const Options& options) {
-    const auto database = engine::open_database(options.database);
+    const auto database = open_database(options.database);
     const auto& names = database->materials();
-    const auto materials = find_materials(*database, options.materials);
-    const auto file_name = [&](std::size_t material) { return "material-" + names[material]; };
+    const std::size_t materials = options.database.materials.is_all() ? 0 : names.size();
+    const auto file_name = [&](std::size_t material) {
+        return "material-" + engine::file_stem(names[material]);
+    };
     std::vector<OutputFile> owned;
     const auto own = [&](const std::string& name) {
         owned.push_back({.name = name + ".exr"});
@@ -185,7 +186,7 @@ int run(const Options& options) {
         own(fmt::format("figure-4.4-{}-mr0", column.name));
         own(fmt::format("figure-4.4-{}-mr0.5", column.name));
     }
-    for (const auto material : materials) {
+    for (std::size_t material = 0; material < materials; ++material) {
         own(file_name(material));
     }
     owned.push_back({.name = kFigure});
@@ -195,25 +196,24 @@ int run(const Options& options) {
         std::size_t done = 0;
         const auto step = [&] {
             progress.update(static_cast<double>(++done) /
-                            static_cast<double>(2 * kColumns.size() + materials.size()));
+                            static_cast<double>(2 * kColumns.size() + materials));
         };
         write_figure(out, step);
-        for (const auto material : materials) {
+        for (std::size_t material = 0; material < materials; ++material) {
             const pipeline::Image slice = material_slice(*database, material);
             // A perfect white diffuser, 1/pi, is shown as white; highlights are cut off.
             const pipeline::Image shown = encoded(
                 slice, [](float f) { return pipeline::srgb(f * std::numbers::pi_v<float>); });
             write_images(out, file_name(material), slice, shown,
-                         as_utf8(fmt::format("{} of {}, {}", names[material], database->name(),
-                                             database->kind())));
+                         as_utf8(fmt::format("{} of {}", names[material],
+                                             source_text(*database, material))));
             step();
         }
     }
     out.finish();
     if (!options.quiet) {
-        const auto source = materials.empty() ? std::string()
-                                              : fmt::format("; materials of {}, {}",
-                                                            database->name(), database->kind());
+        const auto source =
+            materials == 0 ? std::string() : "; materials of " + database_text(*database);
         print_line(fmt::format("{} images in {}{}", owned.size(), options.out, source));
     }
     return kSuccess;
@@ -228,21 +228,19 @@ void add_slices(CLI::App& program, Command& chosen) {
     command->add_option("--out", options->out, "The directory to make")
         ->transform(not_empty())
         ->required();
-    add_database_option(*command, options->database);
-    command->add_option("--materials", options->materials,
-                        "Materials to draw a slice of: names with commas between them, or the "
-                        "option more than once");
+    add_database_options(*command, options->database);
     add_force_option(*command, options->force, "Replace the images in an existing directory");
     add_quiet_option(*command, options->quiet);
     command->footer(
         "Draws figure 4.4 of Ryman 2018: projected area, 0.05 s_MERL, and 0.4 times their\n"
-        "product, at M_r = 0 and 0.5, M_s to the right and M_t upwards. For each material, its\n"
-        "slice at phi_d = 90 degrees, theta_h to the right and theta_d upwards. OpenEXR has the\n"
-        "values, PNG is for looking.\n"
+        "product, at M_r = 0 and 0.5, M_s to the right and M_t upwards. For each material that\n"
+        "--materials or --exclude chooses, its slice at phi_d = 90 degrees, theta_h to the right\n"
+        "and theta_d upwards. OpenEXR has the values, PNG is for looking.\n"
         "\n"
         "Examples:\n"
         "  merl-scan slices --out slices\n"
-        "  merl-scan slices --out slices --materials chrome,blue-fabric --force");
+        "  merl-scan slices --out slices --materials chrome,blue-fabric --force\n"
+        "  merl-scan slices --out slices --database ~/merl --materials 'gold-*'");
     command->callback([&chosen, options] { chosen = [options] { return run(*options); }; });
 }
 

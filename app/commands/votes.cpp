@@ -64,9 +64,7 @@ struct Inputs {
 
 /// The name of the built-in database if that was judged: whatever is published has to say so.
 std::string stand_in_of(const Inputs& inputs) {
-    return inputs.scanned && inputs.scanned->kind == engine::built_in_kind
-               ? inputs.scanned->source["database"]["name"].get<std::string>()
-               : "";
+    return inputs.scanned ? inputs.scanned->stand_in() : "";
 }
 
 /// `sources` gets the names and hashes of the files.

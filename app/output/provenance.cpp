@@ -12,6 +12,10 @@ namespace {
 
 using nlohmann::ordered_json;
 
+ordered_json path_json(const std::string& path) {
+    return path.empty() ? ordered_json() : ordered_json(as_utf8(path));
+}
+
 ordered_json database_json(const pipeline::DatabaseProvenance& database) {
     ordered_json hashes = ordered_json::object();
     ordered_json negative = ordered_json::object();
@@ -23,11 +27,11 @@ ordered_json database_json(const pipeline::DatabaseProvenance& database) {
         hashes[name] = material.content_hash;
     }
     const auto& grid = database.grid;
-    return {
+    ordered_json json = {
         {"database",
          {{"name", as_utf8(database.name)},
           {"kind", database.kind},
-          {"path", database.path.empty() ? ordered_json() : ordered_json(as_utf8(database.path))},
+          {"path", path_json(database.path)},
           {"content_hash", database.content_hash},
           {"grid", {{"theta_h", grid.theta_h}, {"theta_d", grid.theta_d}, {"phi_d", grid.phi_d}}},
           {"material_hashes", hashes}}},
@@ -35,6 +39,15 @@ ordered_json database_json(const pipeline::DatabaseProvenance& database) {
         {"samples_above_horizon", database.voxels},
         {"negative_samples", negative},
         {"negative_samples_above_horizon", negative_above}};
+    for (const auto& part : database.parts) {
+        json["database"]["databases"].push_back({{"label", part.label},
+                                                 {"name", as_utf8(part.name)},
+                                                 {"kind", part.kind},
+                                                 {"path", path_json(part.path)},
+                                                 {"content_hash", part.content_hash},
+                                                 {"materials", part.materials}});
+    }
+    return json;
 }
 
 ordered_json metric_json(const pipeline::MetricProvenance& metric) {
@@ -121,9 +134,18 @@ ordered_json engines_json(const pipeline::Provenance& provenance) {
 Lines source_lines(const pipeline::PairDistances& distances) {
     const auto materials = fmt::format("{}", fmt::group_digits(distances.table.materials()));
     if (const auto& database = distances.provenance.database) {
-        Lines lines = {{"database", fmt::format("{}, {}", database->name, database->kind)},
-                       {"materials", fmt::format("{}, of {} samples each", materials,
-                                                 fmt::group_digits(database->grid.voxels()))}};
+        Lines lines;
+        if (database->parts.empty()) {
+            lines.emplace_back("database", fmt::format("{}, {}", database->name, database->kind));
+        }
+        for (const auto& part : database->parts) {
+            lines.emplace_back(
+                lines.empty() ? "databases" : "",
+                fmt::format("{}: {} of {}, {}", part.label, counted(part.materials, "material"),
+                            part.name, part.kind));
+        }
+        lines.emplace_back("materials", fmt::format("{}, of {} samples each", materials,
+                                                    fmt::group_digits(database->grid.voxels())));
         for (const auto& metric : distances.provenance.left_out) {
             lines.emplace_back("left out", metric);
         }
@@ -140,6 +162,27 @@ Lines engine_lines(const pipeline::Provenance& provenance) {
                                                  counted(use.metrics.size(), "metric")));
     }
     return lines;
+}
+
+std::string database_text(const engine::Database& database) {
+    if (database.parts().empty()) {
+        return fmt::format("{}, {}", database.name(), database.kind());
+    }
+    std::string text;
+    for (const auto& part : database.parts()) {
+        text +=
+            fmt::format("{}{}: {}, {}", text.empty() ? "" : "; ", part.label, part.name, part.kind);
+    }
+    return text;
+}
+
+std::string source_text(const engine::Database& database, std::size_t material) {
+    for (const auto& part : database.parts()) {
+        if (material - part.first < part.materials) {
+            return fmt::format("{}, {}", part.name, part.kind);
+        }
+    }
+    return database_text(database);
 }
 
 void print_results(const Lines& lines) {

@@ -27,6 +27,12 @@ using Lines = std::vector<std::pair<std::string, std::string>>;
 Lines source_lines(const pipeline::PairDistances& distances);
 Lines engine_lines(const pipeline::Provenance& provenance);
 
+/// "db, MERL directory"; with a label before each where databases were joined.
+std::string database_text(const engine::Database& database);
+
+/// The same of that database which a material, by its index, is of.
+std::string source_text(const engine::Database& database, std::size_t material);
+
 /// Writes them as lines of a summary.
 void print_results(const Lines& lines);
 

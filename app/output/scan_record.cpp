@@ -2,14 +2,15 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <filesystem>
+#include <utility>
 
 #include "app/cli/progress.h"
 #include "engine/base/error.h"
 #include "engine/base/text.h"
 #include "engine/database/content_hash.h"
 #include "engine/database/model_database.h"
-#include "engine/database/open_database.h"
 #include "scan/io/input.h"
 #include "scan/io/json_format.h"
 
@@ -53,6 +54,50 @@ std::vector<std::string> judged_metrics(const ordered_json& json) {
     return metrics;
 }
 
+/// The grid of a database; none where that is missing or no grid.
+std::optional<engine::Grid> grid_of(const ordered_json& database) {
+    engine::Grid grid;
+    const auto found = database.find("grid");
+    if (found == database.end() || !found->is_object()) {
+        return std::nullopt;
+    }
+    for (const auto& [key, side] : {std::pair("theta_h", &grid.theta_h),
+                                    {"theta_d", &grid.theta_d},
+                                    {"phi_d", &grid.phi_d}}) {
+        const auto number = found->find(key);
+        if (number == found->end() || !number->is_number_unsigned() ||
+            number->get<std::uint64_t>() > engine::kMaxSide) {
+            return std::nullopt;
+        }
+        *side = number->get<std::uint32_t>();
+    }
+    return grid;
+}
+
+RecordedDatabase recorded_database(const ordered_json& json) {
+    // Older summaries have the path as it was given, which is the name.
+    return {.label = text_of(json, "label"),
+            .name = from_utf8(text_of(json, "name")),
+            .kind = text_of(json, "kind"),
+            .path = from_utf8(text_of(json, json.contains("path") ? "path" : "name")),
+            .content_hash = text_of(json, "content_hash")};
+}
+
+/// The databases that were joined, or the one that was not.
+std::vector<RecordedDatabase> recorded_databases(const ordered_json& database) {
+    const auto joined = database.find("databases");
+    if (joined == database.end() || !joined->is_array()) {
+        return {recorded_database(database)};
+    }
+    std::vector<RecordedDatabase> databases;
+    for (const auto& one : *joined) {
+        if (one.is_object()) {
+            databases.push_back(recorded_database(one));
+        }
+    }
+    return databases;
+}
+
 ScanRecord record_of(const ordered_json& json, const std::string& summary) {
     ScanRecord record;
     record.summary = summary;
@@ -68,12 +113,8 @@ ScanRecord record_of(const ordered_json& json, const std::string& summary) {
         record.kind = text_of(database, "kind");
         record.content_hash = text_of(database, "content_hash");
         record.material_hashes = texts_of(database, "material_hashes");
-        // Older summaries have the path as it was given, which is the name; of the built-in
-        // database, which was the only one of its kind, they have none.
-        record.path = from_utf8(text_of(database, database.contains("path") ? "path" : "name"));
-        if (record.kind == engine::built_in_kind && !engine::is_model(record.path)) {
-            record.path = engine::kBuiltInModel;
-        }
+        record.grid = grid_of(database);
+        record.databases = recorded_databases(database);
     }
     return record;
 }
@@ -88,6 +129,32 @@ bool counts_the_same(const ordered_json& json, const scan::SelectionFile& select
         {"agreement_range", {configurations.front().agreement, configurations.back().agreement}}};
     return json.contains("metrics") && json["metrics"] == metrics && json.contains("selection") &&
            json["selection"] == expected;
+}
+
+/// What opens a database again. Throws InputError when it is not there.
+std::string name_of(const RecordedDatabase& database, const std::string& summary) {
+    // Of the built-in database, which was the only one of its kind, older summaries have no path.
+    if (database.kind == engine::built_in_kind && !engine::is_model(database.path)) {
+        return engine::kBuiltInModel;
+    }
+    if (engine::is_model(database.path)) {
+        return database.path;
+    }
+    if (database.path.empty()) {
+        throw InputError(fmt::format(
+            "{} does not say where the database of the scan is ({}); --database names it", summary,
+            database.kind));
+    }
+    std::error_code ignored;
+    if (!std::filesystem::exists(database.path, ignored)) {
+        throw InputError(
+            fmt::format("{}: the database of the scan, which {} names, is not there any more; "
+                        "--database says where it is now",
+                        database.path, summary));
+    }
+    // From the same working directory it is called as it was.
+    const auto here = std::filesystem::absolute(database.name).lexically_normal();
+    return here == database.path ? database.name : database.path;
 }
 
 }  // namespace
@@ -125,8 +192,13 @@ FoundRecord find_scan_record(const std::string& file, const std::string& name,
     return {std::move(record), ""};
 }
 
-std::string database_option(const ScanRecord& record) {
-    if (!record.has_database()) {
+std::string ScanRecord::stand_in() const {
+    const auto found = std::ranges::find(databases, engine::built_in_kind, &RecordedDatabase::kind);
+    return found == databases.end() ? "" : as_utf8(found->name);
+}
+
+engine::DatabaseChoice recorded_choice(const ScanRecord& record) {
+    if (!record.has_database() || record.databases.empty()) {
         throw InputError(
             record.source.contains("distances")
                 ? fmt::format("{}: the scan was of distances from a table, {}, not of a database; "
@@ -135,36 +207,33 @@ std::string database_option(const ScanRecord& record) {
                 : fmt::format("{} does not say which database was scanned; --database names it",
                               record.summary));
     }
-    if (record.path.empty()) {
-        throw InputError(fmt::format(
-            "{} does not say where the database of the scan is ({}); --database names it",
-            record.summary, record.kind));
+    engine::DatabaseChoice choice;
+    choice.grid = record.grid;
+    for (const auto& database : record.databases) {
+        choice.databases.push_back({database.label, name_of(database, record.summary)});
     }
-    if (engine::is_model(record.path)) {
-        return record.path;
+    if (!record.material_hashes.empty()) {
+        choice.exactly.emplace();
+        for (const auto& [material, hash] : record.material_hashes) {
+            choice.exactly->push_back(material);
+        }
     }
-    std::error_code ignored;
-    if (!std::filesystem::exists(record.path, ignored)) {
-        throw InputError(
-            fmt::format("{}: the database of the scan, which {} names, is not there any more; "
-                        "--database says where it is now",
-                        record.path, record.summary));
-    }
-    // From the same working directory it is called as it was.
-    const auto name = from_utf8(text_of(record.source["database"], "name"));
-    return std::filesystem::absolute(name).lexically_normal() == record.path ? name : record.path;
+    return choice;
 }
 
 ScannedDatabase::ScannedDatabase(const FoundRecord& found, const std::string& selection,
-                                 const std::string& option, bool quiet)
+                                 DatabaseOptions options, bool quiet)
     : record_(found.record) {
-    if (!record_ && option.empty()) {
+    if (!record_ && options.databases.empty()) {
         throw InputError(
             fmt::format("{}, so nothing says which database {} is of; --database names it: a "
                         "directory, or {}",
                         found.why_not, selection, engine::kBuiltIn));
     }
-    database_ = engine::open_database(option.empty() ? database_option(*record_) : option);
+    if (options.databases.empty()) {
+        options.otherwise = recorded_choice(*record_);
+    }
+    database_ = open_database(options);
     if (!record_) {
         warnings_.push_back(fmt::format("{}: whether {} is what was scanned was not checked",
                                         found.why_not, database_->name()));
@@ -210,10 +279,24 @@ void ScannedDatabase::check(std::size_t material, const std::string& content_has
 }
 
 scan::KitDatabase ScannedDatabase::description() const {
-    return {.name = as_utf8(database_->name()),
-            .kind = database_->kind(),
-            .content_hash = checked_ ? std::optional(record_->content_hash) : std::nullopt,
-            .checked = checked_};
+    scan::KitDatabase kit = {
+        .name = as_utf8(database_->name()),
+        .kind = database_->kind(),
+        .content_hash = checked_ ? std::optional(record_->content_hash) : std::nullopt,
+        .checked = checked_,
+        .databases = {}};
+    for (const auto& part : database_->parts()) {
+        auto& one = kit.databases.emplace_back(
+            scan::KitPart{part.label, as_utf8(part.name), part.kind, std::nullopt});
+        if (checked_) {
+            const auto scanned =
+                std::ranges::find(record_->databases, part.label, &RecordedDatabase::label);
+            if (scanned != record_->databases.end()) {
+                one.content_hash = scanned->content_hash;
+            }
+        }
+    }
+    return kit;
 }
 
 }  // namespace merl::app

@@ -8,6 +8,7 @@
 #include <string_view>
 #include <vector>
 
+#include "app/cli/database_options.h"
 #include "engine/base/error.h"
 #include "engine/database/database.h"
 #include "scan/select/selection_file.h"
@@ -18,18 +19,31 @@ namespace merl::app {
 // What comes after a scan (judge, render, votes, score) uses the database of that scan: the
 // summary.json beside a file of results says which it was and what was in it.
 
+/// A database that was scanned; empty texts are not known.
+struct RecordedDatabase {
+    std::string label;  // where databases were joined
+    std::string name;
+    std::string kind;
+    std::string path;
+    std::string content_hash;
+};
+
 /// What summary.json says of where its results are from.
 struct ScanRecord {
     std::string summary;  // the file, as errors call it
     nlohmann::ordered_json source = nlohmann::ordered_json::object();  // `database`, or `distances`
-    std::string kind;  // of the database; empty where distances were read from a table
-    std::string path;  // Database::path(); empty where there is none
+    std::string kind;  // of the whole; empty where distances were read from a table
+    std::vector<RecordedDatabase> databases;  // of which it is made: one, or those that were joined
+    std::optional<engine::Grid> grid;
     std::string content_hash;
     std::map<std::string, std::string> material_hashes;  // by name; older summaries have none
     std::map<std::string, std::string> files;  // hashes of the other results; older have none
     std::vector<std::string> selected_by;  // of judgements: whose disagreements they are on; UTF-8
 
     bool has_database() const { return !kind.empty(); }
+
+    /// The name of the built-in database if it was scanned, in UTF-8; otherwise empty.
+    std::string stand_in() const;
 };
 
 /// The record of a file of results, or why there is none.
@@ -46,19 +60,20 @@ struct FoundRecord {
 FoundRecord find_scan_record(const std::string& file, const std::string& name,
                              const std::string& hash, const scan::SelectionFile* selection);
 
-/// What --database would be for the database of a record. Throws InputError when it is not
-/// there any more, or there was none.
-std::string database_option(const ScanRecord& record);
+/// What opens the database of a record again: the same databases under the same labels, on the same
+/// grid, and of their materials those that were scanned. Throws InputError when one is not there
+/// any more, or there was none.
+engine::DatabaseChoice recorded_choice(const ScanRecord& record);
 
 /// A database for the materials of a selection, and whether it is what was scanned.
 class ScannedDatabase {
   public:
-    /// Opens what `option`, the value of --database, names, or without one the database of the
-    /// record. Where an older record has no hashes of materials, the whole is read and compared.
-    /// Throws InputError when there is neither, or the content is another, and what opening a
-    /// database throws; Interrupted. Shows progress unless `quiet`.
-    ScannedDatabase(const FoundRecord& found, const std::string& selection,
-                    const std::string& option, bool quiet);
+    /// Opens what the options name, or without --database that of the record. Where an older record
+    /// has no hashes of materials, the whole is read and compared. Throws InputError when there is
+    /// neither, or the content is another, and what opening a database throws; Interrupted. Shows
+    /// progress unless `quiet`.
+    ScannedDatabase(const FoundRecord& found, const std::string& selection, DatabaseOptions options,
+                    bool quiet);
 
     const engine::Database& database() const { return *database_; }
 

@@ -44,15 +44,15 @@ std::string address(std::string_view file) {
 
 }  // namespace
 
-std::string contact_page(const std::string& title, const std::vector<std::string>& names) {
+std::string contact_page(const std::string& title, const std::vector<ContactImage>& images) {
     std::string page(kHead);
     page += fmt::format("<h1>{}</h1>\n<main>\n", markup_text(printable(title)));
-    for (const auto& name : names) {
+    for (const auto& [file, name] : images) {
         const std::string text = markup_text(printable(name));
         page += fmt::format(
             "<figure><img src=\"{}\" alt=\"\" "
             "loading=\"lazy\"><figcaption>{}</figcaption></figure>\n",
-            address(name + ".png"), text);
+            address(file + ".png"), text);
     }
     return page + "</main>\n</body>\n</html>\n";
 }

@@ -5,7 +5,13 @@
 
 namespace merl::app {
 
-/// An HTML page of the images NAME.png in its directory, each with its name, in their order.
-std::string contact_page(const std::string& title, const std::vector<std::string>& names);
+/// What a contact sheet shows: the image FILE.png in its directory, with a name below it.
+struct ContactImage {
+    std::string file;
+    std::string name;
+};
+
+/// An HTML page of images, in their order.
+std::string contact_page(const std::string& title, const std::vector<ContactImage>& images);
 
 }  // namespace merl::app

@@ -13,6 +13,7 @@
 #include "app/pages/votes_page_html.h"
 #include "engine/base/error.h"
 #include "engine/base/text.h"
+#include "engine/database/database.h"
 #include "scan/io/input.h"
 
 namespace merl::app {
@@ -62,10 +63,9 @@ ordered_json sphere_images(const scan::Votes& votes, const std::string& spheres,
     std::string example;
     std::uint64_t bytes = 0;
     for (const auto& material : materials) {
-        const auto path = directory / (material + ".png");
+        const auto path = directory / (engine::file_stem(material) + ".png");
         std::error_code too_long;
-        // A name is the name of a file in this directory or it has no image.
-        if (material.find('/') != std::string::npos || !std::filesystem::exists(path, too_long)) {
+        if (!std::filesystem::exists(path, too_long)) {
             continue;
         }
         const std::string image = scan::read_input(path.string(), kMostImageBytes);
@@ -87,10 +87,10 @@ ordered_json sphere_images(const scan::Votes& votes, const std::string& spheres,
         result[as_utf8(material)] = "data:image/png;base64," + base64(image);
     }
     if (result.empty()) {
-        throw InputError(
-            fmt::format("--spheres {}: found none of the images of {} materials; expected "
-                        "MATERIAL.png, like {}",
-                        directory.string(), materials.size(), *materials.begin() + ".png"));
+        throw InputError(fmt::format(
+            "--spheres {}: found none of the images of {} materials; expected "
+            "MATERIAL.png, like {}",
+            directory.string(), materials.size(), engine::file_stem(*materials.begin()) + ".png"));
     }
     if (unknown > 0) {
         warnings.push_back(fmt::format(

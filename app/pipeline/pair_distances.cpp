@@ -19,11 +19,17 @@ DatabaseProvenance provenance_of(const engine::Database& database,
                                  .content_hash = computed.content_hash,
                                  .grid = database.grid(),
                                  .voxels = computed.voxels,
-                                 .materials = {}};
+                                 .materials = {},
+                                 .parts = {}};
     for (std::size_t m = 0; m < database.materials().size(); ++m) {
         result.materials.push_back({database.materials()[m], computed.material_hashes[m],
                                     computed.counts[m].negative,
                                     computed.counts[m].negative_above_horizon});
+    }
+    for (std::size_t p = 0; p < database.parts().size(); ++p) {
+        const auto& part = database.parts()[p];
+        result.parts.push_back(
+            {part.label, part.name, part.kind, part.path, computed.part_hashes[p], part.materials});
     }
     return result;
 }

@@ -25,6 +25,16 @@ struct MaterialProvenance {
     std::uint64_t negative_above_horizon = 0;
 };
 
+/// One of the databases that were joined.
+struct PartProvenance {
+    std::string label;
+    std::string name;  // this and what follows as if it was alone
+    std::string kind;
+    std::string path;
+    std::string content_hash;
+    std::size_t materials = 0;
+};
+
 struct DatabaseProvenance {
     std::string name;
     std::string kind;
@@ -33,6 +43,7 @@ struct DatabaseProvenance {
     engine::Grid grid;
     std::uint64_t voxels = 0;  // above the horizon
     std::vector<MaterialProvenance> materials;
+    std::vector<PartProvenance> parts;  // none: it is one by itself
 };
 
 struct TableProvenance {

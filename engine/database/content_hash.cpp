@@ -42,10 +42,10 @@ SampleSink ContentHash::sink(std::size_t material) {
 }
 
 std::string ContentHash::digest(const std::vector<std::string>& materials,
-                                const std::string& header) const {
+                                const std::string& header, std::size_t first) const {
     std::string all = header;
     for (std::size_t i = 0; i < materials.size(); ++i) {
-        all += '\n' + materials[i] + planes_text(i);
+        all += '\n' + materials[i] + planes_text(first + i);
     }
     return hash_of(all);
 }

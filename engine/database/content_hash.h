@@ -28,7 +28,9 @@ class ContentHash {
     SampleSink sink(std::size_t material);
 
     /// 32 hexadecimal digits. `header` is whatever else identifies the database (its grid).
-    std::string digest(const std::vector<std::string>& materials, const std::string& header) const;
+    /// `materials` are the names of those that are hashed, which follow each other from `first` on.
+    std::string digest(const std::vector<std::string>& materials, const std::string& header,
+                       std::size_t first = 0) const;
 
     /// The same of one material, without its name: whatever has the same content has the same.
     std::string material_digest(std::size_t material, const std::string& header) const;

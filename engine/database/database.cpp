@@ -7,6 +7,33 @@
 #include "engine/base/error.h"
 
 namespace merl::engine {
+namespace {
+
+bool is_name_of_file(std::string_view name) {
+    return !name.empty() && name.front() != '.' &&
+           name.find_first_of(std::string_view("/\0", 2)) == std::string_view::npos;
+}
+
+/// Throws InputError unless the parts have all materials, one after the other, under their labels.
+void require_parts(const Database& database) {
+    std::size_t next = 0;
+    for (const auto& part : database.parts()) {
+        for (std::size_t m = part.first; m < part.first + part.materials; ++m) {
+            if (m != next++ || m >= database.materials().size() ||
+                !database.materials()[m].starts_with(part.label + '/')) {
+                throw InputError(
+                    fmt::format("{}: material {} is not \"{}/…\", as the parts of the database say",
+                                database.name(), m, part.label));
+            }
+        }
+    }
+    if (!database.parts().empty() && next != database.materials().size()) {
+        throw InputError(fmt::format("{}: its parts have {} materials; it has {}", database.name(),
+                                     next, database.materials().size()));
+    }
+}
+
+}  // namespace
 
 void require_usable(const Database& database) {
     const Grid& grid = database.grid();
@@ -20,10 +47,11 @@ void require_usable(const Database& database) {
         throw InputError(fmt::format("{}: the grid is {}; expected at most {} voxels",
                                      database.name(), grid.text(), kMaxVoxels));
     }
+    require_parts(database);
     const std::string* before = nullptr;
     for (const auto& material : database.materials()) {
-        if (material.empty() || material.front() == '.' ||
-            material.find_first_of(std::string_view("/\0", 2)) != std::string::npos) {
+        const std::size_t label = database.parts().empty() ? 0 : material.find('/') + 1;
+        if (!is_name_of_file(std::string_view(material).substr(label))) {
             throw InputError(
                 fmt::format("{}: a material is called \"{}\"; names become names of files, so they "
                             "are not empty, begin with no dot and hold no slash",
@@ -37,6 +65,20 @@ void require_usable(const Database& database) {
         }
         before = &material;
     }
+}
+
+std::string file_stem(std::string_view material) {
+    std::string stem(material);
+    std::ranges::replace(stem, '/', '=');
+    return stem;
+}
+
+std::vector<std::string> own_names(const Database& database, const DatabasePart& part) {
+    std::vector<std::string> names;
+    for (std::size_t m = part.first; m < part.first + part.materials; ++m) {
+        names.push_back(database.materials().at(m).substr(part.label.size() + 1));
+    }
+    return names;
 }
 
 void read_material(

@@ -5,6 +5,7 @@
 #include <functional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -28,6 +29,16 @@ constexpr double kMaxReflectance = 1e12;
 /// (ContentHash).
 using SampleSink = std::function<void(std::size_t plane, std::span<const std::byte> bytes)>;
 
+/// One of the databases that another is made of, and what it is called there.
+struct DatabasePart {
+    std::string label;
+    std::string name;  // this and what follows are as the database has them by itself
+    std::string kind;
+    std::string path;
+    std::size_t first = 0;  // its materials follow each other, from this one on
+    std::size_t materials = 0;
+};
+
 /// Measured BRDFs on one grid, read a range of voxels at a time.
 ///
 /// A kind of database is a class derived from this one and a line in open_database.cpp. It fills in
@@ -47,6 +58,10 @@ class Database {
     const std::string& path() const { return path_; }
 
     const Grid& grid() const { return grid_; }
+
+    /// The databases that it is made of (joined_database.h), in the order of their materials, which
+    /// are called "label/name"; none: it is one by itself.
+    const std::vector<DatabasePart>& parts() const { return parts_; }
 
     /// Names as require_usable() has them, without extension; their order is that of everything
     /// else. Otherwise they may hold any bytes; whoever prints them sees to that (printable()).
@@ -76,13 +91,22 @@ class Database {
     std::string kind_;
     std::string path_;
     Grid grid_;
+    std::vector<DatabasePart> parts_;
     std::vector<std::string> materials_;
 };
 
 /// Throws InputError unless the grid has 1 to kMaxSide voxels a side and at most kMaxVoxels, and
 /// the materials have different names, ascending bytewise, that can become names of files: not
-/// empty, without a slash and a zero byte, and not beginning with a dot.
+/// empty, without a slash and a zero byte, and not beginning with a dot. Where a database has parts
+/// the label of one and a slash come before that.
 void require_usable(const Database& database);
+
+/// What a file about a material is called, without an extension: the material's name, or
+/// "label=name" for "label/name". No label has a "=", so different materials have different files.
+std::string file_stem(std::string_view material);
+
+/// The names that the materials of a part have by themselves, without its label.
+std::vector<std::string> own_names(const Database& database, const DatabasePart& part);
 
 /// Reads a whole material, some voxels at a time and in order: `use` gets each range and its
 /// planes, as Database::read() gives them.

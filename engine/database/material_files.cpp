@@ -50,14 +50,26 @@ std::vector<MaterialFile> list_material_files(const std::filesystem::path& direc
 }
 
 std::vector<MaterialFile> list_database_files(const std::filesystem::path& directory,
-                                              std::string_view extension) {
+                                              std::string_view extension,
+                                              const WantedMaterials& wanted) {
     auto files = list_material_files(directory, extension);
-    if (files.size() < 2) {
-        throw InputError(fmt::format("{}: found {} {} file{}; a scan needs at least two materials",
-                                     directory.string(), files.size(), extension,
-                                     files.size() == 1 ? "" : "s"));
+    if (files.empty()) {
+        throw InputError(fmt::format("{}: found 0 {} files; expected one a material",
+                                     directory.string(), extension));
     }
-    return files;
+    if (!wanted) {
+        return files;
+    }
+    std::vector<MaterialFile> some;
+    for (const auto& name : *wanted) {
+        const auto file = std::ranges::lower_bound(files, name, {}, &MaterialFile::material);
+        if (file == files.end() || file->material != name) {
+            throw InputError(fmt::format("{}: found no material \"{}\" among its {}; expected {}{}",
+                                         directory.string(), name, files.size(), name, extension));
+        }
+        some.push_back(*file);
+    }
+    return some;
 }
 
 }  // namespace merl::engine

@@ -5,6 +5,8 @@
 #include <string_view>
 #include <vector>
 
+#include "engine/database/material_choice.h"
+
 namespace merl::engine {
 
 /// A file that has one material of a database.
@@ -24,9 +26,10 @@ bool has_extension(const std::filesystem::path& path, std::string_view extension
 std::vector<MaterialFile> list_material_files(const std::filesystem::path& directory,
                                               std::string_view extension);
 
-/// The same of a directory that is a whole database. Throws InputError also when there are fewer
-/// than two.
+/// The same of a directory that is a database, of which only some may be wanted. Throws InputError
+/// also when there is none, or one that is wanted is not there.
 std::vector<MaterialFile> list_database_files(const std::filesystem::path& directory,
-                                              std::string_view extension);
+                                              std::string_view extension,
+                                              const WantedMaterials& wanted = {});
 
 }  // namespace merl::engine

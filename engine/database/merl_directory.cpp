@@ -46,9 +46,10 @@ class MerlDatabase final : public Database {
 
 }  // namespace
 
-std::unique_ptr<Database> open_merl_directory(const std::filesystem::path& directory) {
+std::unique_ptr<Database> open_merl_directory(const std::filesystem::path& directory,
+                                              const WantedMaterials& wanted) {
     return std::make_unique<MerlDatabase>(directory, "MERL directory",
-                                          list_database_files(directory, kExtension));
+                                          list_database_files(directory, kExtension, wanted));
 }
 
 std::vector<MaterialFile> list_merl_files(const std::filesystem::path& path) {

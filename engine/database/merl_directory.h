@@ -10,9 +10,10 @@
 namespace merl::engine {
 
 /// A directory of MERL files, as they are now: a file that changes or is replaced later is an error
-/// of Database::read(), not other content. Throws Error (input) unless it holds at least two whole
-/// files, all of one grid.
-std::unique_ptr<Database> open_merl_directory(const std::filesystem::path& directory);
+/// of Database::read(), not other content. Files that are not wanted are not opened. Throws Error
+/// (input) unless there is one, and all are whole and of one grid.
+std::unique_ptr<Database> open_merl_directory(const std::filesystem::path& directory,
+                                              const WantedMaterials& wanted = {});
 
 /// The files of a directory, or the one file, that `path` is. Throws InputError when it is neither.
 std::vector<MaterialFile> list_merl_files(const std::filesystem::path& path);

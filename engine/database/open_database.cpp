@@ -21,9 +21,10 @@ struct Kind {
     const char* help;  // what --help says that one may name
     /// Whether a name means one of this kind.
     bool (*recognises)(const std::string& name);
-    std::unique_ptr<Database> (*open)(const std::string& name);
+    bool is_evaluated;  // on any grid
+    std::unique_ptr<Database> (*open)(const std::string& name, const OpenOptions& options);
     /// Its materials one by one, where some may be broken; null: it is whole or cannot be opened.
-    std::vector<MaterialSource> (*list)(const std::string& name) = nullptr;
+    std::vector<MaterialSource> (*list)(const std::string& name, const Grid& grid) = nullptr;
 };
 
 std::vector<MaterialSource> sources_of(
@@ -40,20 +41,30 @@ std::vector<MaterialSource> sources_of(
 /// The first that recognises a name opens it; the last one recognises all.
 const std::array kKinds = {
     Kind{"built-in (the stand-in database)",
-         [](const std::string& name) { return name.empty() || name == kBuiltIn; },
-         [](const std::string&) { return open_model(kBuiltInModel); }},
-    Kind{"a model (merl-scan models), or MODEL:TABLE.csv (a table of its parameters)", is_model,
-         [](const std::string& name) { return open_model(name); }},
-    Kind{"a directory of RGL .bsdf files (isotropic, RGB)",
-         [](const std::string& name) { return is_rgl(name); },
-         [](const std::string& name) { return open_rgl_directory(name); },
-         [](const std::string& name) {
-             return sources_of(list_rgl_files(name),
-                               [](const auto& path) { return open_rgl_file(path); });
+         [](const std::string& name) { return name.empty() || name == kBuiltIn; }, true,
+         [](const std::string&, const OpenOptions& options) {
+             return open_model(kBuiltInModel, options.grid);
          }},
-    Kind{"a directory of MERL .binary files", [](const std::string&) { return true; },
-         [](const std::string& name) { return open_merl_directory(name); },
-         [](const std::string& name) { return sources_of(list_merl_files(name), open_merl_file); }},
+    Kind{"a model (merl-scan models), or MODEL:TABLE.csv (a table of its parameters)", is_model, true,
+         [](const std::string& name, const OpenOptions& options) {
+             return open_model(name, options.grid);
+         }},
+    Kind{"a directory of RGL .bsdf files (isotropic, RGB)",
+         [](const std::string& name) { return is_rgl(name); }, true,
+         [](const std::string& name, const OpenOptions& options) {
+             return open_rgl_directory(name, options.grid, options.materials);
+         },
+         [](const std::string& name, const Grid& grid) {
+             return sources_of(list_rgl_files(name),
+                               [grid](const auto& path) { return open_rgl_file(path, grid); });
+         }},
+    Kind{"a directory of MERL .binary files", [](const std::string&) { return true; }, false,
+         [](const std::string& name, const OpenOptions& options) {
+             return open_merl_directory(name, options.materials);
+         },
+         [](const std::string& name, const Grid&) {
+             return sources_of(list_merl_files(name), open_merl_file);
+         }},
 };
 
 const Kind& kind_of(const std::string& name) {
@@ -66,20 +77,42 @@ const Kind& kind_of(const std::string& name) {
     return *std::ranges::find_if(kKinds, [&](const Kind& kind) { return kind.recognises(name); });
 }
 
-}  // namespace
-
-std::unique_ptr<Database> open_database(const std::string& name) {
-    auto database = kind_of(name).open(name);
-    require_usable(*database);
-    return database;
+/// Those materials of a database that are wanted, where opening it did not leave out the others.
+std::unique_ptr<Database> only(std::unique_ptr<Database> database, const WantedMaterials& wanted) {
+    const auto& names = database->materials();
+    if (!wanted || names == *wanted) {
+        return database;
+    }
+    std::vector<std::size_t> places;
+    for (const auto& name : *wanted) {
+        const auto place = std::ranges::lower_bound(names, name);
+        if (place == names.end() || *place != name) {
+            throw InputError(fmt::format("{}: found no material \"{}\" among its {}",
+                                         database->name(), name, names.size()));
+        }
+        places.push_back(static_cast<std::size_t>(place - names.begin()));
+    }
+    return make_subset(std::move(database), std::move(places));
 }
 
-DatabaseListing list_database(const std::string& name) {
+}  // namespace
+
+std::unique_ptr<Database> open_database(const std::string& name, const OpenOptions& options) {
+    auto database = kind_of(name).open(name, options);
+    require_usable(*database);
+    return only(std::move(database), options.materials);
+}
+
+bool is_evaluated(const std::string& name) {
+    return kind_of(name).is_evaluated;
+}
+
+DatabaseListing list_database(const std::string& name, const Grid& grid) {
     const auto& kind = kind_of(name);
     if (kind.list != nullptr) {
-        return {name, kind.list(name)};
+        return {name, kind.list(name, grid)};
     }
-    const std::shared_ptr<const Database> whole = kind.open(name);
+    const std::shared_ptr<const Database> whole = kind.open(name, {.grid = grid});
     std::vector<MaterialSource> sources;
     for (std::size_t m = 0; m < whole->materials().size(); ++m) {
         sources.push_back({whole->materials()[m], [whole, m] { return make_subset(whole, {m}); }});

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "engine/database/database.h"
+#include "engine/database/material_choice.h"
 
 namespace merl::engine {
 
@@ -16,9 +17,19 @@ namespace merl::engine {
 /// What the built-in database is called.
 inline constexpr const char* kBuiltIn = "built-in";
 
+/// What is opened of a database.
+struct OpenOptions {
+    Grid grid = {};                  // where it is evaluated, if it is (is_evaluated)
+    WantedMaterials materials = {};  // only these are looked at, where that can be
+};
+
 /// The database that `name` means: kBuiltIn, or for that also nothing; a model or a table of one
-/// (is_model()); otherwise a path. Throws InputError when it cannot be used as a whole.
-std::unique_ptr<Database> open_database(const std::string& name);
+/// (is_model()); otherwise a path. Throws InputError when what is wanted of it cannot be used, or is not there.
+std::unique_ptr<Database> open_database(const std::string& name, const OpenOptions& options = {});
+
+/// Whether it has no grid of its own but is evaluated on any. Throws InputError when there is
+/// nothing that could be one.
+bool is_evaluated(const std::string& name);
 
 /// A material of a database that may be broken in part, and what opens it alone, as a database of
 /// one. That throws InputError when it is broken.
@@ -33,9 +44,9 @@ struct DatabaseListing {
     std::vector<MaterialSource> materials;
 };
 
-/// All materials of a database, also those that cannot be used. Throws InputError when there is
-/// nothing that could be one.
-DatabaseListing list_database(const std::string& name);
+/// All materials of a database, also those that cannot be used, and evaluated on `grid` if it is.
+/// Throws InputError when there is nothing that could be one.
+DatabaseListing list_database(const std::string& name, const Grid& grid = {});
 
 /// What open_database() takes, for people: "built-in, or a directory of ...".
 std::string database_help();

@@ -594,9 +594,9 @@ bool is_rgl(const std::filesystem::path& path) {
 }
 
 std::unique_ptr<Database> open_rgl_directory(const std::filesystem::path& directory,
-                                             const Grid& grid) {
+                                             const Grid& grid, const WantedMaterials& wanted) {
     return std::make_unique<RglDatabase>(directory, "RGL directory",
-                                         list_database_files(directory, kExtension), grid);
+                                         list_database_files(directory, kExtension, wanted), grid);
 }
 
 std::vector<MaterialFile> list_rgl_files(const std::filesystem::path& path) {

@@ -17,6 +17,15 @@ class SubsetDatabase final : public Database {
         for (const auto place : places_) {
             materials_.push_back(whole_->materials().at(place));
         }
+        for (auto part : whole_->parts()) {
+            const auto first = std::ranges::lower_bound(places_, part.first);
+            const auto last = std::ranges::lower_bound(places_, part.first + part.materials);
+            part.first = static_cast<std::size_t>(first - places_.begin());
+            part.materials = static_cast<std::size_t>(last - first);
+            if (part.materials > 0) {
+                parts_.push_back(std::move(part));
+            }
+        }
     }
 
     void read(std::size_t material, VoxelRange range, std::span<double> samples,

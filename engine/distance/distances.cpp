@@ -136,6 +136,7 @@ DistanceResult compute_distances(Engines& engines, const Database& database,
     result.counts = reader.counts();
     result.content_hash = reader.content_hash();
     result.material_hashes = reader.material_hashes();
+    result.part_hashes = reader.part_hashes();
     const auto of_materials = reader.warnings();
     result.warnings.insert(result.warnings.end(), of_materials.begin(), of_materials.end());
     seconds.total = total.lap();

@@ -41,6 +41,7 @@ struct DistanceResult {
     std::vector<MaterialCounts> counts;  // per material
     std::string content_hash;
     std::vector<std::string> material_hashes;  // of each material's content, without its name
+    std::vector<std::string> part_hashes;      // of each of Database::parts(), as by itself
     std::vector<std::string> warnings;         // one line each, for the user
     std::uint64_t voxels = 0;                  // visited
     std::uint64_t slabs = 0;

@@ -64,9 +64,11 @@ class Object {
     /// An object in this one; none if there is none.
     std::optional<Object> object(const char* key) const {
         const json* const found = find(key);
-        return found == nullptr ? std::nullopt
-                                : std::optional(Object(*found, fmt::format("{}, {}", place_, key)));
+        return found == nullptr ? std::nullopt : std::optional(Object(*found, place(key)));
     }
+
+    /// How errors call what a key has.
+    std::string place(const char* key) const { return fmt::format("{}, {}", place_, key); }
 
     /// Reads what older kits lack, if it is there.
     void read(const char* key, std::string& to) const {
@@ -260,14 +262,37 @@ std::vector<std::string> read_warnings(const json& list, const Object& kit) {
     return list.get<std::vector<std::string>>();
 }
 
+std::optional<std::string> read_content_hash(const Object& object) {
+    const json* const hash = object.find("content_hash");
+    return hash != nullptr && !hash->is_null() ? std::optional(object.text("content_hash"))
+                                               : std::nullopt;
+}
+
+std::vector<KitPart> read_parts(const json& list, const Object& database) {
+    if (!list.is_array()) {
+        database.fail("\"databases\": expected an array");
+    }
+    std::vector<KitPart> parts;
+    for (const json& element : list) {
+        const Object object(element, database.place("databases"));
+        auto& part = parts.emplace_back();
+        part.label = object.text("label");
+        object.read("name", part.name);
+        part.kind = object.text("kind");
+        part.content_hash = read_content_hash(object);
+    }
+    return parts;
+}
+
 KitDatabase read_database(const Object& object) {
     KitDatabase database;
     object.read("name", database.name);
     database.kind = object.text("kind");
-    if (const json* const hash = object.find("content_hash"); hash != nullptr && !hash->is_null()) {
-        database.content_hash = object.text("content_hash");
-    }
+    database.content_hash = read_content_hash(object);
     object.read("checked", database.checked);
+    if (const json* const parts = object.find("databases")) {
+        database.databases = read_parts(*parts, object);
+    }
     if (const auto hashes = object.object("material_hashes")) {
         for (const auto& [material, hash] : object.at("material_hashes").items()) {
             database.material_hashes[material] = hashes->text(material.c_str());
@@ -330,12 +355,21 @@ ordered_json database_json(const Kit& kit) {
             hashes[material] = found->second;
         }
     }
-    return {{"name", database.name},
-            {"kind", database.kind},
-            {"content_hash",
-             database.content_hash ? ordered_json(*database.content_hash) : ordered_json()},
-            {"checked", database.checked},
-            {"material_hashes", hashes}};
+    const auto hash_json = [](const std::optional<std::string>& hash) {
+        return hash ? ordered_json(*hash) : ordered_json();
+    };
+    ordered_json object = {{"name", database.name},
+                           {"kind", database.kind},
+                           {"content_hash", hash_json(database.content_hash)},
+                           {"checked", database.checked},
+                           {"material_hashes", hashes}};
+    for (const auto& part : database.databases) {
+        object["databases"].push_back({{"label", part.label},
+                                       {"name", part.name},
+                                       {"kind", part.kind},
+                                       {"content_hash", hash_json(part.content_hash)}});
+    }
+    return object;
 }
 
 ordered_json options_json(const Kit& kit) {

@@ -16,6 +16,15 @@
 
 namespace merl::scan {
 
+/// One of the databases that were joined (engine/database/joined_database.h).
+struct KitPart {
+    std::string label;
+    std::string name;
+    std::string kind;
+    std::optional<std::string> content_hash;  ///< of what was scanned of it, if that is known
+    bool operator==(const KitPart&) const = default;
+};
+
 /// The database whose spheres a kit shows.
 struct KitDatabase {
     std::string name;
@@ -23,6 +32,7 @@ struct KitDatabase {
     std::optional<std::string> content_hash;                  ///< of the whole, if that is known
     bool checked = false;                                     ///< against what was scanned
     std::map<std::string, std::string> material_hashes = {};  ///< of what is shown, by material
+    std::vector<KitPart> databases = {};                      ///< none: it is one by itself
     bool operator==(const KitDatabase&) const = default;
 };
 

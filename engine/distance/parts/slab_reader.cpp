@@ -53,6 +53,16 @@ std::vector<std::string> SlabReader::material_hashes() const {
     return hashes;
 }
 
+std::vector<std::string> SlabReader::part_hashes() const {
+    expect_all_read();
+    std::vector<std::string> hashes;
+    for (const auto& part : database_.parts()) {
+        hashes.push_back(
+            hash_.digest(own_names(database_, part), database_.grid().text(), part.first));
+    }
+    return hashes;
+}
+
 std::vector<std::string> SlabReader::warnings() const {
     std::vector<std::string> warnings;
     const auto hashes = material_hashes();

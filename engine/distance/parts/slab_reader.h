@@ -35,6 +35,8 @@ class SlabReader {
     const std::vector<MaterialCounts>& counts() const { return counts_; }
     std::string content_hash() const;
     std::vector<std::string> material_hashes() const;
+    /// The content hash of each part of the database (Database::parts), as it has it by itself.
+    std::vector<std::string> part_hashes() const;
 
     /// What looks like a broken copy, for the user: damaged materials, and materials of the same
     /// content. Voxels that were not visited count as below the horizon.

@@ -118,7 +118,7 @@ class Rgl(Case):
                             "db/other.bsdf")
         for path in MEASURED.name, "other.bsdf":
             (self.database / path).unlink()
-        self.assert_refused(INPUT, ["db: found 1 .bsdf file;"], "scan", "--database", "db")
+        self.assert_refused(INPUT, ["db: found 1 material;"], "scan", "--database", "db")
 
 
 if __name__ == "__main__":

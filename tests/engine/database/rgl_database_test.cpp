@@ -382,7 +382,7 @@ TEST(RglDatabase, IsADirectoryWithoutMerlFiles) {
     write_file(path / "b.bsdf", file_of(made_up()));
     EXPECT_TRUE(is_rgl(path));
     EXPECT_TRUE(is_rgl(path / "b.bsdf"));
-    EXPECT_THROW(open_database(path), InputError);  // one material
+    EXPECT_EQ(open_database(path)->materials().size(), 1U);
     write_file(path / "a.BSDF", "no material");
     EXPECT_THROW(open_database(path), InputError);
     const auto listing = list_database(path);

@@ -1,0 +1,127 @@
+#include "engine/database/joined_database.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <stdexcept>
+#include <utility>
+
+#include "engine/base/error.h"
+#include "engine/base/text.h"
+
+namespace merl::engine {
+namespace {
+
+/// A text of each, once, with this between them.
+std::string listed(const std::vector<LabelledDatabase>& databases, const auto& text_of,
+                   std::string_view between) {
+    std::vector<std::string> texts;
+    std::string list;
+    for (const auto& database : databases) {
+        const std::string& text = text_of(database);
+        if (std::ranges::find(texts, text) == texts.end()) {
+            list += list.empty() ? text : std::string(between) + text;
+            texts.push_back(text);
+        }
+    }
+    return list;
+}
+
+class JoinedDatabase final : public Database {
+  public:
+    explicit JoinedDatabase(std::vector<LabelledDatabase> databases)
+        : Database(
+              listed(
+                  databases, [](const auto& d) -> auto& { return d.label; }, ", "),
+              listed(
+                  databases, [](const auto& d) -> auto& { return d.database->kind(); }, " and ")),
+          databases_(std::move(databases)) {
+        grid_ = databases_.front().database->grid();
+        for (const auto& [label, database] : databases_) {
+            parts_.push_back({.label = label,
+                              .name = database->name(),
+                              .kind = database->kind(),
+                              .path = database->path(),
+                              .first = materials_.size(),
+                              .materials = database->materials().size()});
+            for (std::size_t m = 0; m < database->materials().size(); ++m) {
+                places_.push_back({database.get(), m});
+                materials_.push_back(fmt::format("{}/{}", label, database->materials()[m]));
+            }
+        }
+    }
+
+    void read(std::size_t material, VoxelRange range, std::span<double> samples,
+              const SampleSink& sink) const override {
+        const auto& [database, place] = places_.at(material);
+        database->read(place, range, samples, sink);
+    }
+
+    std::uint64_t keep(std::uint64_t bytes) const override {
+        std::uint64_t kept = 0;
+        for (const auto& [label, database] : databases_) {
+            kept += database->keep(bytes - std::min(bytes, kept));
+        }
+        return kept;
+    }
+
+  private:
+    struct Place {
+        const Database* database;
+        std::size_t material;  // in that
+    };
+
+    std::vector<LabelledDatabase> databases_;
+    std::vector<Place> places_;  // of each material
+};
+
+}  // namespace
+
+void require_label(const std::string& label, const std::string& name) {
+    const char* const fault = label.empty()                          ? "is empty"
+                              : label.front() == '.'                 ? "begins with a dot"
+                              : label.find('/') != std::string::npos ? "has a slash"
+                              : label.find('=') != std::string::npos ? "has a \"=\""
+                              : printable(label) != label
+                                  ? "has bytes that are not UTF-8 or that nobody sees"
+                                  : nullptr;
+    if (fault != nullptr) {
+        throw Error(Fault::usage,
+                    fmt::format("the label \"{}\" of the database {} {}; name another: --database "
+                                "LABEL=PATH",
+                                label, name, fault));
+    }
+}
+
+std::unique_ptr<Database> make_joined(std::vector<LabelledDatabase> databases) {
+    if (databases.empty()) {
+        throw std::invalid_argument("a joined database is made of one or more");
+    }
+    for (const auto& [label, database] : databases) {
+        require_label(label, database->name());
+        if (!database->parts().empty()) {
+            throw std::invalid_argument("a joined database is not joined again");
+        }
+        const auto& first = databases.front();
+        if (database->grid() != first.database->grid()) {
+            throw InputError(fmt::format(
+                "{} ({}): the grid is {}; {} ({}) has {}, and databases that are used together "
+                "must have the same",
+                label, database->name(), database->grid().text(), first.label,
+                first.database->name(), first.database->grid().text()));
+        }
+    }
+    // With the slash: "a-b/…" comes before "a/…".
+    std::ranges::sort(databases, {}, [](const auto& d) { return d.label + '/'; });
+    const auto twin = std::ranges::adjacent_find(databases, {}, &LabelledDatabase::label);
+    if (twin != databases.end()) {
+        throw Error(
+            Fault::usage,
+            fmt::format("{} and {} both have the label \"{}\"; give them different ones: "
+                        "--database LABEL=PATH",
+                        twin->database->name(), std::next(twin)->database->name(), twin->label));
+    }
+    return std::make_unique<JoinedDatabase>(std::move(databases));
+}
+
+}  // namespace merl::engine
