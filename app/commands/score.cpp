@@ -9,7 +9,6 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <numeric>
-#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -20,21 +19,16 @@
 #include "app/cli/terminal.h"
 #include "app/commands/commands.h"
 #include "app/commands/obtain_distances.h"
+#include "app/commands/obtain_judgements.h"
 #include "app/output/json.h"
 #include "app/output/output_directory.h"
 #include "app/output/provenance.h"
-#include "app/output/scan_record.h"
 #include "app/pages/score_plot.h"
-#include "engine/base/error.h"
-#include "engine/base/hash.h"
 #include "engine/base/stopwatch.h"
 #include "engine/base/text.h"
 #include "engine/database/abc_database.h"
 #include "engine/database/open_database.h"
 #include "scan/io/csv.h"
-#include "scan/io/input.h"
-#include "scan/score/judgement_file.h"
-#include "scan/score/lagunas.h"
 #include "scan/score/score_tables.h"
 
 namespace merl::app {
@@ -53,10 +47,7 @@ struct Options {
 };
 
 struct Outcome {
-    scan::JudgementFile file;
-    std::string content_hash;           // of the judgements
-    std::string sha256;                 // the same file, as metrics name what they were fitted to
-    std::optional<ScanRecord> scanned;  // what the judgements are on, if they are those of `votes`
+    ObtainedJudgements judgements;
     ObtainedDistances obtained;
     pipeline::ScoreResult result;
     double judgement_seconds = 0;
@@ -67,12 +58,6 @@ struct Outcome {
                result.score_seconds;
     }
 };
-
-/// What the metric says of the judgements, if its parameters were fitted to this very file.
-const engine::FittedTo* fitted_to(const pipeline::MetricProvenance& metric, const Outcome& o) {
-    const auto found = std::ranges::find(metric.fitted, o.sha256, &engine::FittedTo::sha256);
-    return found == metric.fitted.end() ? nullptr : &*found;
-}
 
 ordered_json metric_json(const scan::MetricScore& metric) {
     return {{"majorities", estimate_json(metric.majorities)},
@@ -99,34 +84,17 @@ ordered_json intervals_json(const scan::ScoreClusters& clusters) {
 }
 
 std::string summary_json(const Options& options, const Outcome& o) {
-    const auto& j = o.result.judgements;
-    ordered_json unknown = ordered_json::object();
-    for (const auto& [name, rows] : j.unknown) {
-        unknown[as_utf8(name)] = rows;
-    }
     const auto described = metrics_json(o.provenance());
     ordered_json metrics = ordered_json::array();
     for (std::size_t m = 0; m < o.result.score.metrics.size(); ++m) {
         metrics.push_back(described[m]);
         metrics.back().update(metric_json(o.result.score.metrics[m]));
         metrics.back()["refined_distances"] = o.result.refined.empty() ? 0 : o.result.refined[m];
-        metrics.back()["fitted_to_judgements"] = fitted_to(o.provenance().metrics[m], o) != nullptr;
+        metrics.back()["fitted_to_judgements"] =
+            o.judgements.fitted_to(o.provenance().metrics[m]) != nullptr;
     }
     ordered_json json = program_json();
-    json["judgements"] = {
-        {"file", as_utf8(options.judgements)},
-        {"format", o.file.format},
-        {"content_hash", o.content_hash},
-        {"sha256", o.sha256},
-        {"rows", j.rows},
-        {"rows_with_unknown_materials", j.rows_with_unknown},
-        {"unknown_materials", unknown},
-        {"configurations", o.result.score.judgements},
-        {"without_votes", j.without_votes},
-        {"untied", o.result.score.untied},
-        {"votes", o.result.score.votes},
-        {"equal_votes", o.result.score.equal_votes},
-        {"selected_by", o.scanned ? ordered_json(o.scanned->selected_by) : ordered_json::array()}};
+    json["judgements"] = judgements_json(o.judgements, o.result.judgements);
     json.update(source_json(o.provenance()));
     json.update(ordered_json{
         {"materials", o.obtained.distances.table.materials()},
@@ -145,31 +113,6 @@ std::string summary_json(const Options& options, const Outcome& o) {
                        {"score", o.result.score_seconds},
                        {"total", o.total_seconds()}};
     return json_text(json);
-}
-
-std::string judgements_text(const Outcome& o) {
-    return fmt::format(
-        "{}, {} with a majority; {}{}", counted(o.result.score.judgements, "configuration"),
-        fmt::group_digits(o.result.score.untied), counted(o.result.score.votes, "vote"),
-        o.result.score.equal_votes == 0
-            ? ""
-            : fmt::format(", {} of them equal", fmt::group_digits(o.result.score.equal_votes)));
-}
-
-void print_unknown(const scan::Judgements& judgements) {
-    constexpr std::size_t named = 5;
-    std::string names;
-    for (std::size_t i = 0; i < std::min(named, judgements.unknown.size()); ++i) {
-        names += (i == 0 ? "" : ", ") + judgements.unknown[i].name;
-    }
-    if (!judgements.unknown.empty()) {
-        print_result(
-            "unknown",
-            fmt::format("{}, in {} of {}: {}{}", counted(judgements.unknown.size(), "material"),
-                        fmt::group_digits(judgements.rows_with_unknown),
-                        counted(judgements.rows, "row"), names,
-                        judgements.unknown.size() > named ? " … (summary.json)" : ""));
-    }
 }
 
 /// A metric as it is called in tables.
@@ -251,18 +194,8 @@ void print_pairs(const scan::Score& score) {
     }
 }
 
-void print_unjudged(const scan::Judgements& judgements) {
-    if (judgements.without_votes > 0) {
-        print_result(
-            "", counted(judgements.without_votes, "configuration") + " without a vote left out");
-    }
-}
-
 void print_summary(const Options& options, const Outcome& o) {
-    print_result("judgements", fmt::format("{}, {}", options.judgements, o.file.format));
-    print_result("", judgements_text(o));
-    print_unjudged(o.result.judgements);
-    print_unknown(o.result.judgements);
+    print_results(judgements_lines(o.judgements, o.result.judgements));
     print_results(source_lines(o.obtained.distances));
     print_result("ceiling", estimate_text(o.result.score.ceiling) + " of the votes");
     const auto& clusters = o.result.score.clusters;
@@ -284,96 +217,25 @@ void print_summary(const Options& options, const Outcome& o) {
     print_pairs(o.result.score);
 }
 
-void read_judgements(const Options& options, Outcome& o, const pipeline::Control& control) {
-    const std::string text = scan::read_input(options.judgements);
-    o.content_hash = hash_of(text);
-    o.sha256 = sha256_of(text);
-    // The published indices are those of the 100 MERL materials, whatever the database has of them.
-    const auto merl = scan::lagunas_order(engine::merl_materials());
-    o.file =
-        scan::parse_judgements(text, options.judgements, merl, control.stage("reading judgements"));
-}
-
-/// Whether the options say which materials are scored.
-bool names_materials(const DistanceOptions& options) {
-    return !options.database.empty() || !options.distances.empty();
-}
-
-/// Where distances come from: what the options say, otherwise the database whose spheres were
-/// judged, if that is known.
-DistanceOptions distance_options(const Options& options, const Outcome& o) {
-    DistanceOptions distances = options.distances;
-    if (o.scanned && !names_materials(distances)) {
-        if (o.scanned->source.contains("distances")) {
-            throw InputError(fmt::format(
-                "{}: the judged selection is of distances from a table; name it with --distances, "
-                "or with --database the database to score",
-                o.scanned->summary));
-        }
-        distances.database = database_option(*o.scanned);
-    }
-    return distances;
-}
-
-/// Finds out what was judged. Judgements of `votes` that were edited may be of any database.
-void find_what_was_judged(const Options& options, Outcome& o) {
-    auto found = find_scan_record(options.judgements, "judgements.csv", o.content_hash, nullptr);
-    o.scanned = std::move(found.record);
-    if (found.is_of_another_file && !names_materials(options.distances)) {
-        throw InputError(
-            fmt::format("{}, so nothing says which database {} is of; --database names it: a "
-                        "directory, or {}",
-                        found.why_not, options.judgements, engine::kBuiltIn));
-    }
-}
-
-/// Distances of other materials than those that were judged are an error, unless the user has named
-/// the database. Judgements from elsewhere are scored with the stand-in, which is said.
-void compare_with_scan(const Options& options, Outcome& o) {
-    if (!o.scanned && !names_materials(options.distances)) {
-        warn(o.obtained.distances,
-             fmt::format("{} does not say which materials were judged: they are scored with the "
-                         "built-in stand-in; --database names another, or {}",
-                         options.judgements, engine::kBuiltIn));
-    }
-    if (!o.scanned || !o.scanned->has_database() || !o.obtained.database ||
-        o.provenance().database->content_hash == o.scanned->content_hash) {
-        return;
-    }
-    if (options.distances.database.empty()) {
-        throw InputError(fmt::format(
-            "{}: the content is not what was scanned and judged, as {} says; --database "
-            "names a database to score all the same",
-            o.obtained.database->name(), o.scanned->summary));
-    }
-    warn(o.obtained.distances,
-         fmt::format("{} has other content than the database that was judged, as {} says",
-                     o.obtained.database->name(), o.scanned->summary));
-}
-
-/// Whether a metric is one of those whose disagreements were judged.
-bool selected(const Outcome& o, const std::string& metric) {
-    return o.scanned && std::ranges::find(o.scanned->selected_by, as_utf8(metric)) !=
-                            o.scanned->selected_by.end();
-}
-
 /// What was judged are disagreements of two metrics: of those it says nothing else.
 void warn_of_circular_scores(Outcome& o) {
     const auto& metrics = o.obtained.distances.table.metrics;
-    if (std::ranges::any_of(metrics, [&](const auto& m) { return selected(o, m.metric); })) {
+    if (std::ranges::any_of(
+            metrics, [&](const auto& m) { return o.judgements.are_selected_by(m.metric); })) {
         warn(o.obtained.distances,
              fmt::format("what was judged are disagreements of {}, as {} says: their scores are "
                          "circular and say only which of the two is right where they disagree; "
                          "what one gains the other loses, and neither can be compared with other "
                          "metrics or other judgements",
-                         fmt::join(o.scanned->selected_by, " and "), o.scanned->summary));
+                         fmt::join(o.judgements.scanned->selected_by, " and "),
+                         o.judgements.scanned->summary));
     }
 }
 
 /// Says which metrics have seen the answers.
 void warn_of_fitted(const Options& options, Outcome& o) {
     for (const auto& metric : o.provenance().metrics) {
-        if (const auto* data = fitted_to(metric, o)) {
+        if (const auto* data = o.judgements.fitted_to(metric)) {
             warn(o.obtained.distances,
                  fmt::format("{} was fitted to {} ({}): its figures say how well it fits these "
                              "judgements, not how well it predicts others",
@@ -386,7 +248,7 @@ void warn_of_fitted(const Options& options, Outcome& o) {
 std::string subtitle(const Options& options, const Outcome& o) {
     const auto name = std::filesystem::path(options.judgements).filename().string();
     const auto& database = o.provenance().database;
-    return fmt::format("{}: {}{}", name, judgements_text(o),
+    return fmt::format("{}: {}{}", name, judgements_text(o.result.judgements),
                        database && database->kind == engine::built_in_kind
                            ? "; distances of " + database->name
                            : "");
@@ -412,18 +274,23 @@ int run(const Options& options) {
           .write = [&](int file) { scan::write_all(file, summary_json(options, o)); }}},
         {options.judgements, options.distances.distances});
     Stopwatch watch;
-    read_judgements(options, o, control);
-    find_what_was_judged(options, o);
+    o.judgements = obtain_judgements(options.judgements, options.distances, control);
     o.judgement_seconds = watch.lap();
-    o.obtained = obtain_distances(distance_options(options, o), kMetrics, control);
-    compare_with_scan(options, o);
+    o.obtained =
+        obtain_distances(with_judged_database(options.distances, o.judgements), kMetrics, control);
+    const auto& database = o.provenance().database;
+    for (const auto& text :
+         compare_with_judged(o.judgements, options.distances, database ? database->name : "",
+                             database ? database->content_hash : "")) {
+        warn(o.obtained.distances, text);
+    }
     warn_of_circular_scores(o);
     warn_of_fitted(options, o);
-    o.result =
-        pipeline::score_distances(o.obtained.distances.table, o.file, o.obtained.database.get(),
-                                  o.obtained.metrics, options.distances.memory, control);
+    o.result = pipeline::score_distances(o.obtained.distances.table, o.judgements.file,
+                                         o.obtained.database.get(), o.obtained.metrics,
+                                         options.distances.memory, control);
     for (auto& metric : o.result.score.metrics) {
-        metric.selected = selected(o, metric.name);
+        metric.selected = o.judgements.are_selected_by(metric.name);
     }
     warn_if_all_are_zero(o.obtained.distances);
     out.finish();
@@ -440,13 +307,7 @@ void add_score(CLI::App& program, Command& chosen) {
     auto options = std::make_shared<Options>();
     auto* command = program.add_subcommand(
         "score", "How well distances predict what people say about the similarity of materials");
-    command
-        ->add_option("--judgements", options->judgements,
-                     "What people said: a CSV file with the columns reference,a,b,votes_a,votes_b "
-                     "or left_1,left_2,right_1,right_2,votes_left,votes_equal,votes_right, or the "
-                     "JSON of Lagunas et al. 2019")
-        ->required()
-        ->transform(not_empty());
+    add_judgements_option(*command, options->judgements);
     add_distance_options(*command, options->distances, kMetrics);
     add_output_options(*command, options->out, options->force);
     add_quiet_option(*command, options->quiet);

@@ -8,7 +8,6 @@
 #include <limits>
 #include <numeric>
 
-#include "scan/statistics/choice_model.h"
 #include "scan/statistics/clustered_figure.h"
 #include "scan/statistics/sign_test.h"
 
@@ -161,6 +160,14 @@ ScoreClusters clusters_of(const Judgements& judgements, const Take& take) {
     return result;
 }
 
+bool any_judgement(const Judgement& judgement) {
+    return judgement.votes() > 0;
+}
+
+bool is_untied(const Judgement& judgement) {
+    return judgement.untied();
+}
+
 /// Adds the influences of judgements on the four figures up by material. `prefers_left` says for
 /// each which pair is predicted, `log_likelihood` what its votes are worth and `slope` its
 /// influence on the slope.
@@ -205,12 +212,7 @@ Figures figures_of(const Judgements& judgements, double slope, const Prefers& pr
 /// maximum does not move with the slope, to first order. Calls `fitted` halfway.
 Figures figures_of(const Judgements& judgements, const ScoredMetric& metric,
                    const std::function<void()>& fitted) {
-    const double floor = smallest_positive(metric.distances);
-    std::vector<Choice> choices;
-    choices.reserve(judgements.list.size());
-    for (const auto& judgement : judgements.list) {
-        choices.push_back(choice_of(judgement, metric.distances, floor));
-    }
+    const auto choices = choices_of(judgements.list, metric.distances);
     const double slope = fit_choice_model(choices).slope;
     fitted();
     const bool moves = std::isfinite(slope);
@@ -342,10 +344,8 @@ Score score(const Judgements& judgements, std::span<const ScoredMetric> metrics,
         result.votes += judgement.votes();
         result.equal_votes += judgement.votes_equal;
     }
-    result.clusters =
-        clusters_of(judgements, [](const Judgement& judgement) { return judgement.votes() > 0; });
-    const auto untied =
-        clusters_of(judgements, [](const Judgement& judgement) { return judgement.untied(); });
+    result.clusters = clusters_of(judgements, any_judgement);
+    const auto untied = clusters_of(judgements, is_untied);
     const Figures best = best_figures(judgements);
     result.ceiling = estimate(best.votes, result.clusters, 0, 1);
     result.ceiling_log_likelihood = estimate(best.log_likelihood, result.clusters, -infinity, 0);
@@ -364,6 +364,66 @@ Score score(const Judgements& judgements, std::span<const ScoredMetric> metrics,
         done(before + 1);
     }
     result.pairs = pair_scores(judgements, metrics, figures, untied);
+    return result;
+}
+
+std::vector<Choice> choices_of(std::span<const Judgement> judgements,
+                               std::span<const double> distances) {
+    const double floor = smallest_positive(distances);
+    std::vector<Choice> choices;
+    choices.reserve(judgements.size());
+    for (const auto& judgement : judgements) {
+        choices.push_back(choice_of(judgement, distances, floor));
+    }
+    return choices;
+}
+
+std::vector<Prediction> predictions(std::span<const Judgement> judgements,
+                                    std::span<const double> distances, double slope) {
+    const double own_slope = std::max(slope, 0.0);
+    const auto choices = choices_of(judgements, distances);
+    std::vector<Prediction> result;
+    result.reserve(judgements.size());
+    for (std::size_t k = 0; k < judgements.size(); ++k) {
+        result.push_back(
+            {prefers_left(judgements[k], distances), log_likelihood(choices[k], own_slope)});
+    }
+    return result;
+}
+
+PredictionScores score_predictions(const Judgements& judgements, std::span<const Prediction> first,
+                                   std::span<const Prediction> second) {
+    PredictionScores result{};
+    for (const auto& judgement : judgements.list) {
+        result.untied += judgement.untied() ? 1 : 0;
+        result.votes += judgement.votes();
+    }
+    result.judgements = judgements.list.size();
+    result.clusters = clusters_of(judgements, any_judgement);
+    const auto untied = clusters_of(judgements, is_untied);
+    const auto figures = [&](std::span<const Prediction> predicted) {
+        return figures_of(
+            judgements, 0, [&](std::size_t k) { return predicted[k].prefers_left; },
+            [&](std::size_t k) { return predicted[k].log_likelihood; },
+            [](std::size_t) { return 0.0; });
+    };
+    const auto scored = [&](const Figures& of, double least, double most, double most_likelihood) {
+        return PredictionScore{
+            estimate(of.majorities, untied, least, most),
+            estimate(of.votes, result.clusters, least, most),
+            estimate(of.log_likelihood, result.clusters, -infinity, most_likelihood)};
+    };
+    const Figures of_first = figures(first);
+    const Figures of_second = figures(second);
+    result.first = scored(of_first, 0, 1, 0);
+    result.second = scored(of_second, 0, 1, 0);
+    result.gain =
+        scored({.majorities = difference(of_second.majorities, of_first.majorities),
+                .votes = difference(of_second.votes, of_first.votes),
+                .slope = {},
+                .log_likelihood = difference(of_second.log_likelihood, of_first.log_likelihood),
+                .total_log_likelihood = 0},
+               -1, 1, infinity);
     return result;
 }
 

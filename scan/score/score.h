@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "scan/score/judgements.h"
+#include "scan/statistics/choice_model.h"
 #include "scan/statistics/estimate.h"
 
 namespace merl::scan {
@@ -86,6 +87,43 @@ inline constexpr std::uint32_t fewest_score_materials = 10;
 /// Gives metrics that people oppose the likelihood of what they say, and not that of its opposite,
 /// which a slope below 0 has: with a slope of 0 or more it is greatest at 0, which is chance.
 void limit_to_own_order(Score& score);
+
+/// What is predicted of one judgement.
+struct Prediction {
+    double prefers_left;    ///< 1: the left pair is the more alike; 0: the right one; 1/2: a tie
+    double log_likelihood;  ///< of all its votes
+};
+
+/// What the choice model makes of judgements under distances of all pairs.
+std::vector<Choice> choices_of(std::span<const Judgement> judgements,
+                               std::span<const double> distances);
+
+/// What distances and a slope predict. A slope below 0 counts as 0, which is chance: the prediction
+/// is what the distances say, not its opposite.
+std::vector<Prediction> predictions(std::span<const Judgement> judgements,
+                                    std::span<const double> distances, double slope);
+
+/// How well judgements are predicted, by whatever: figures as in MetricScore.
+struct PredictionScore {
+    Estimate majorities;
+    Estimate votes;
+    Estimate log_likelihood;  ///< per vote
+};
+
+/// Two predictions of the same judgements, and what the second has more than the first: paired.
+struct PredictionScores {
+    std::uint64_t judgements;
+    std::uint64_t untied;
+    std::uint64_t votes;
+    ScoreClusters clusters;
+    PredictionScore first;
+    PredictionScore second;
+    PredictionScore gain;
+};
+
+/// A prediction for each of the judgements.
+PredictionScores score_predictions(const Judgements& judgements, std::span<const Prediction> first,
+                                   std::span<const Prediction> second);
 
 /// Indices of the metrics by the share of majorities, best first; ties as they are.
 std::vector<std::size_t> best_first(const Score& score);
