@@ -68,7 +68,8 @@ ordered_json metric_json(const scan::MetricScore& metric) {
             {"ties", metric.ties},
             {"undecided", metric.undecided},
             {"zero_distances", metric.zero_distances},
-            {"selected", metric.selected}};
+            {"selected", metric.selected},
+            {"fitted_to_judgements", metric.fitted}};
 }
 
 ordered_json intervals_json(const scan::ScoreClusters& clusters) {
@@ -90,8 +91,6 @@ std::string summary_json(const Options& options, const Outcome& o) {
         metrics.push_back(described[m]);
         metrics.back().update(metric_json(o.result.score.metrics[m]));
         metrics.back()["refined_distances"] = o.result.refined.empty() ? 0 : o.result.refined[m];
-        metrics.back()["fitted_to_judgements"] =
-            o.judgements.fitted_to(o.provenance().metrics[m]) != nullptr;
     }
     ordered_json json = program_json();
     json["judgements"] = judgements_json(o.judgements, o.result.judgements);
@@ -117,7 +116,14 @@ std::string summary_json(const Options& options, const Outcome& o) {
 
 /// A metric as it is called in tables.
 std::string label(const scan::MetricScore& metric) {
-    return metric.name + (metric.selected ? " *" : "");
+    return metric.name + (metric.selected ? " *" : "") + (metric.fitted ? " +" : "");
+}
+
+/// The likelihood of what a metric says, and why it is that of chance where it is.
+std::string likelihood_text(const scan::MetricScore& metric) {
+    return metric.is_chance() ? fmt::format("{:.3f} [{}]", metric.log_likelihood.value,
+                                            metric.is_opposed() ? "opposed" : "chance")
+                              : estimate_text(metric.log_likelihood);
 }
 
 void print_metrics(const scan::Score& score) {
@@ -132,22 +138,31 @@ void print_metrics(const scan::Score& score) {
         const auto& metric = score.metrics[m];
         print_line(fmt::format("{:<{}}  {:<22}  {:<22}  {:<22}  {}", label(metric), width,
                                estimate_text(metric.majorities), estimate_text(metric.votes),
-                               estimate_text(metric.slope),
-                               metric.opposed()
-                                   ? fmt::format("{:.3f} [opposed]", metric.log_likelihood.value)
-                                   : estimate_text(metric.log_likelihood)));
+                               estimate_text(metric.slope), likelihood_text(metric)));
     }
-    if (std::ranges::any_of(score.metrics, &scan::MetricScore::opposed)) {
+    if (std::ranges::any_of(score.metrics, &scan::MetricScore::is_opposed)) {
         print_line(
             "[opposed]: the slope is below 0, people do the opposite; what the metric says "
             "is no better than chance");
     }
+    if (std::ranges::any_of(score.metrics, [](const scan::MetricScore& metric) {
+            return metric.is_chance() && !metric.is_opposed();
+        })) {
+        print_line(
+            "[chance]: the slope is below 0, but not clear of it; what the metric says is no "
+            "better than chance");
+    }
     if (std::ranges::any_of(score.metrics, &scan::MetricScore::selected)) {
         print_line("* circular: what was judged are disagreements of this metric with another");
     }
+    if (std::ranges::any_of(score.metrics, &scan::MetricScore::fitted)) {
+        print_line(
+            "+ fitted to these judgements: how well it fits them, not how well it predicts "
+            "others");
+    }
 }
 
-/// What the bounds of float32 left open, and what became of it.
+/// What the bounds left open, and what became of it.
 void print_precision(const Outcome& o) {
     const std::uint64_t refined =
         std::accumulate(o.result.refined.begin(), o.result.refined.end(), std::uint64_t{0});
@@ -158,9 +173,8 @@ void print_precision(const Outcome& o) {
     for (const auto& metric : o.result.score.metrics) {
         if (metric.undecided > 0) {
             print_result("undecided",
-                         fmt::format("{}: {} configurations, computed in float32 without a bound "
-                                     "that tells",
-                                     metric.name, fmt::group_digits(metric.undecided)));
+                         fmt::format("{}: {}, nearer than its bound can tell, if it has one",
+                                     metric.name, counted(metric.undecided, "configuration")));
         }
     }
 }
@@ -289,8 +303,10 @@ int run(const Options& options) {
     o.result = pipeline::score_distances(o.obtained.distances.table, o.judgements.file,
                                          o.obtained.database.get(), o.obtained.metrics,
                                          options.distances.memory, control);
-    for (auto& metric : o.result.score.metrics) {
+    for (std::size_t m = 0; m < o.result.score.metrics.size(); ++m) {
+        auto& metric = o.result.score.metrics[m];
         metric.selected = o.judgements.are_selected_by(metric.name);
+        metric.fitted = o.judgements.fitted_to(o.provenance().metrics[m]) != nullptr;
     }
     warn_if_all_are_zero(o.obtained.distances);
     out.finish();

@@ -1,5 +1,6 @@
 #include "scan/score/score.h"
 
+#include <fmt/format.h>
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
@@ -106,7 +107,26 @@ double log_term(double x, double n) {
     return x == 0 ? 0 : x * std::log(x / n);
 }
 
-/// The number of materials that take part, and their effective number.
+/// In all figures but shares of majorities.
+std::uint64_t votes_of(const Judgement& judgement) {
+    return judgement.votes();
+}
+
+/// In shares of majorities, each of which counts the same.
+std::uint64_t majorities_of(const Judgement& judgement) {
+    return judgement.untied() ? 1 : 0;
+}
+
+/// Why there is no interval where a few clusters have nearly all the weight: what a figure that is
+/// theirs alone leaves of them says nothing of how far off it is.
+std::string too_few_effective(double clusters, const char* things) {
+    return clusters < fewest_effective_clusters
+               ? fmt::format("effective number of {}: {:.2f}; expected {} or more", things,
+                             clusters, fewest_effective_clusters)
+               : "";
+}
+
+/// What materials take part in, and how much.
 struct Participants {
     explicit Participants(std::uint32_t materials) : sizes(materials) {}
 
@@ -115,57 +135,56 @@ struct Participants {
             std::ranges::count_if(sizes, [](auto size) { return size > 0; }));
     }
 
-    std::vector<std::uint64_t> sizes;  // judgements of each material
+    std::vector<std::uint64_t> sizes;  // the weights of each material's judgements
 };
 
-/// The clusters of some of the judgements.
-template <typename Take>
-ScoreClusters clusters_of(const Judgements& judgements, const Take& take) {
+/// The clusters of a figure in which judgements have these weights; those without one take no part.
+template <typename Weight>
+ScoreClusters clusters_of(const Judgements& judgements, const Weight& weight_of) {
     Participants all(judgements.materials);
     Participants references(judgements.materials);
     Participants alternatives(judgements.materials);
+    std::vector<std::uint64_t> without_reference;
     ScoreClusters result{};
     for (const auto& judgement : judgements.list) {
-        if (!take(judgement)) {
+        const std::uint64_t weight = weight_of(judgement);
+        if (weight == 0) {
             continue;
         }
         const auto materials = materials_of(judgement, judgements.materials);
         for (const auto material : materials.all()) {
-            ++all.sizes[material];
+            all.sizes[material] += weight;
         }
         for (const auto material : materials.all().subspan(materials.has_reference ? 1 : 0)) {
-            ++alternatives.sizes[material];
+            alternatives.sizes[material] += weight;
         }
         if (materials.has_reference) {
-            ++references.sizes[materials.list[0]];
+            references.sizes[materials.list[0]] += weight;
         } else {
-            ++result.without_reference;
+            without_reference.push_back(weight);
         }
     }
+    result.without_reference = without_reference.size();
     result.materials = all.count();
     result.references = references.count();
     result.alternatives = alternatives.count();
-    references.sizes.insert(references.sizes.end(), result.without_reference, 1);
-    result.effective =
-        std::min(effective_clusters(references.sizes), effective_clusters(alternatives.sizes));
+    references.sizes.insert(references.sizes.end(), without_reference.begin(),
+                            without_reference.end());
+    const double effective_references = effective_clusters(references.sizes);
+    const double effective_alternatives = effective_clusters(alternatives.sizes);
+    result.effective = std::min(effective_references, effective_alternatives);
     for (const auto& reason :
          {too_few(result.materials, "materials", fewest_score_materials),
           too_few(result.references + result.without_reference,
                   "references and configurations without one"),
-          too_few(result.alternatives, "materials compared with references")}) {
+          too_few(result.alternatives, "materials compared with references"),
+          too_few_effective(effective_references, "references"),
+          too_few_effective(effective_alternatives, "materials compared with references")}) {
         if (result.too_few.empty()) {
             result.too_few = reason;
         }
     }
     return result;
-}
-
-bool any_judgement(const Judgement& judgement) {
-    return judgement.votes() > 0;
-}
-
-bool is_untied(const Judgement& judgement) {
-    return judgement.untied();
 }
 
 /// Adds the influences of judgements on the four figures up by material. `prefers_left` says for
@@ -344,8 +363,8 @@ Score score(const Judgements& judgements, std::span<const ScoredMetric> metrics,
         result.votes += judgement.votes();
         result.equal_votes += judgement.votes_equal;
     }
-    result.clusters = clusters_of(judgements, any_judgement);
-    const auto untied = clusters_of(judgements, is_untied);
+    result.clusters = clusters_of(judgements, votes_of);
+    const auto untied = clusters_of(judgements, majorities_of);
     const Figures best = best_figures(judgements);
     result.ceiling = estimate(best.votes, result.clusters, 0, 1);
     result.ceiling_log_likelihood = estimate(best.log_likelihood, result.clusters, -infinity, 0);
@@ -399,8 +418,8 @@ PredictionScores score_predictions(const Judgements& judgements, std::span<const
         result.votes += judgement.votes();
     }
     result.judgements = judgements.list.size();
-    result.clusters = clusters_of(judgements, any_judgement);
-    const auto untied = clusters_of(judgements, is_untied);
+    result.clusters = clusters_of(judgements, votes_of);
+    const auto untied = clusters_of(judgements, majorities_of);
     const auto figures = [&](std::span<const Prediction> predicted) {
         return figures_of(
             judgements, 0, [&](std::size_t k) { return predicted[k].prefers_left; },
@@ -431,7 +450,7 @@ void limit_to_own_order(Score& score) {
     constexpr double none = std::numeric_limits<double>::quiet_NaN();
     const double chance = std::log(0.5);
     for (auto& metric : score.metrics) {
-        if (metric.opposed()) {
+        if (metric.is_chance()) {
             metric.log_likelihood = {chance, {none, none}, "the slope is below 0: that of chance"};
             metric.total_log_likelihood = chance * static_cast<double>(score.votes);
         }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -33,9 +34,13 @@ struct MetricScore {
     std::uint64_t undecided;       ///< judgements whose order the bounds leave open
     std::uint64_t zero_distances;  ///< judgements with exactly one distance of 0
     bool selected = false;  ///< the judged configurations are where it disagrees with another one
+    bool fitted = false;    ///< to these judgements, as its file says
 
-    /// People do the opposite of what it says.
-    bool opposed() const { return slope.value < 0; }
+    /// What it says is no likelier than chance. Where that is clear, people do the opposite.
+    bool is_chance() const { return slope.value < 0; }
+    bool is_opposed() const {
+        return is_chance() && (slope.interval.high < 0 || std::isinf(slope.value));
+    }
 };
 
 /// Who is right where two metrics predict different answers.
@@ -55,7 +60,7 @@ struct ScoreClusters {
     std::uint32_t references;         ///< materials that are the reference of a judgement
     std::uint64_t without_reference;  ///< judgements, each in the place of a reference
     std::uint32_t alternatives;       ///< materials that are anything else in one
-    double effective;                 ///< the lesser of the effective numbers of both
+    double effective;                 ///< the lesser of the effective numbers of both, by weight
     std::string too_few;              ///< why there are no intervals; else empty
 };
 
@@ -66,7 +71,7 @@ struct Score {
     std::uint64_t equal_votes;
     Estimate ceiling;                 ///< share of the votes that the best prediction gets
     Estimate ceiling_log_likelihood;  ///< per vote, of the observed shares of each judgement
-    ScoreClusters clusters;           ///< of all judgements; majorities have those of the untied
+    ScoreClusters clusters;  ///< of all votes; shares of majorities have those of majorities
     std::vector<MetricScore> metrics;
     std::vector<PairScore> pairs;  ///< (0,1), (0,2) ... (1,2) ...
 };
@@ -83,9 +88,12 @@ Score score(const Judgements& judgements, std::span<const ScoredMetric> metrics,
 
 /// With fewer materials intervals are too narrow (docs/scoring.md).
 inline constexpr std::uint32_t fewest_score_materials = 10;
+/// Likewise with a smaller effective number of references or others. Where there are 5, it is 5 if
+/// all have as many judgements.
+inline constexpr double fewest_effective_clusters = 4;
 
-/// Gives metrics that people oppose the likelihood of what they say, and not that of its opposite,
-/// which a slope below 0 has: with a slope of 0 or more it is greatest at 0, which is chance.
+/// Gives metrics with a slope below 0 the likelihood of what they say, and not that of its
+/// opposite: with a slope of 0 or more it is greatest at 0, which is chance.
 void limit_to_own_order(Score& score);
 
 /// What is predicted of one judgement.
