@@ -232,7 +232,7 @@ class Score(Case):
 
     def test_a_metric_that_is_no_better_than_chance(self):
         """A slope below 0 that is not clear of it is not called the opposite of what people do."""
-        rows = [[r, a, b, 4, 5] if k % 2 else [r, a, b, 5, 4]
+        rows = [[r, a, b, 5, 4] if k % 2 else [r, a, b, 4, 5]
                 for k, (r, a, b, _, _) in enumerate(self.reference_rows())]
         write_rows(self.work / "votes.csv", REFERENCE, rows)
         header, table = read_csv(self.score() / "score.csv")
