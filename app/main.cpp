@@ -104,6 +104,7 @@ int run(int argc, char** argv) {
     add_scan(program, chosen);
     add_compare(program, chosen);
     add_score(program, chosen);
+    add_tune(program, chosen);
     add_votes(program, chosen);
     add_power(program, chosen);
     add_metrics(program, chosen);

@@ -12,7 +12,7 @@ packages=(
     glslang-dev glslang-tools   # shaders; the CMake files of the first name the program of the second
     libvulkan-dev mesa-vulkan-drivers                                   # Vulkan, lavapipe
     libglm-dev libtbb-dev libfmt-dev libxxhash-dev libssl-dev libhwy-dev  # libraries of the engine
-    libboost-dev                                                        # of the scan
+    libboost-dev libnlopt-dev                                           # of the scan
     libcli11-dev nlohmann-json3-dev libopenexr-dev libpng-dev zlib1g-dev  # of the command line
 )
 case "${1:-}" in

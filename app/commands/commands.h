@@ -18,6 +18,7 @@ void add_models(CLI::App& program, Command& chosen);
 void add_database(CLI::App& program, Command& chosen);
 void add_verify(CLI::App& program, Command& chosen);
 void add_score(CLI::App& program, Command& chosen);
+void add_tune(CLI::App& program, Command& chosen);
 void add_slices(CLI::App& program, Command& chosen);
 void add_judge(CLI::App& program, Command& chosen);
 void add_render(CLI::App& program, Command& chosen);

@@ -18,8 +18,105 @@
 namespace merl::app {
 namespace {
 
-/// The parts of a comma-separated list, in order. Throws Error (usage) when one is empty or occurs
-/// twice; `option` is the option's name in that.
+void require_metrics(std::size_t found, const MetricNeeds& needs) {
+    if (found >= needs.least && found <= needs.most) {
+        return;
+    }
+    const auto expected = needs.least == needs.most ? fmt::format("{} metrics", needs.least)
+                          : found < needs.least     ? fmt::format("{} metrics or more", needs.least)
+                                                : fmt::format("{} metrics or fewer", needs.most);
+    throw Error(Fault::usage, fmt::format("--metrics: found {}; expected {}, like cwcbrt,pawcielab",
+                                          found, expected));
+}
+
+/// Compiles each user's metric and tries it on the device, in a process of its own, so that none
+/// can hang or crash the program.
+void try_metrics(std::span<const engine::Metric* const> metrics, engine::Engines& engines) {
+    constexpr double kSeconds = 60;
+    constexpr std::uint64_t kBytes = 4ULL << 30U;
+    for (const auto* metric : metrics) {
+        if (!metric->has_twin()) {
+            const auto device = engines.device_for(metrics);
+            ask_guarded(fmt::format("{}: compiling and trying it", metric->file), kSeconds, kBytes,
+                        {device ? std::to_string(device->index) : engines.options().device,
+                         engine::text_of(*metric)});
+        }
+    }
+}
+
+ObtainedDistances compute(const DistanceOptions& options, const MetricNeeds& needs,
+                          const pipeline::Control& control) {
+    const auto texts = split_list(options.metrics.value_or(needs.from_database), "--metrics");
+    auto opened = open_for_distances(options, texts, needs, control);
+    ObtainedDistances result;
+    result.opened = std::move(opened.metrics);
+    result.database = std::move(opened.database);
+    for (const auto& metric : result.opened) {
+        result.metrics.push_back(&metric);
+    }
+    with_memory_advice([&] {
+        result.distances = pipeline::compute_pair_distances(
+            *opened.engines, *result.database, result.metrics, options.memory, control);
+    });
+    result.distances.provenance.left_out = std::move(opened.left_out);
+    return result;
+}
+
+ObtainedDistances read(const DistanceOptions& options, const MetricNeeds& needs,
+                       const pipeline::Control& control) {
+    const std::string metrics = options.metrics.value_or("all");
+    const auto columns =
+        metrics == "all" ? std::vector<std::string>() : split_list(metrics, "--metrics");
+    if (!columns.empty()) {
+        require_metrics(columns.size(), needs);
+    }
+    ObtainedDistances result;
+    result.distances = pipeline::read_pair_distances(options.distances, columns, control);
+    require_metrics(result.distances.table.metrics.size(), needs);
+    return result;
+}
+
+}  // namespace
+
+std::array<CLI::Option*, 2> add_computing_options(CLI::App& command, DistanceOptions& options) {
+    auto* device =
+        command.add_option("--device", options.device,
+                           "host (this processor), or a Vulkan device by number or part of its "
+                           "name (default: a GPU that passed a trial and is faster, else the "
+                           "host)");
+    auto* memory =
+        command
+            .add_option("--memory", options.memory,
+                        "Bound on the memory of what is read and computed, like 512M or 2G")
+            ->transform(byte_count())
+            ->default_str("1G");
+    command.add_option("--threads", options.threads, "Processor threads (default: all)")
+        ->transform(whole_number(1, 4096));
+    return {device, memory};
+}
+
+CLI::Option* add_distance_options(CLI::App& command, DistanceOptions& options,
+                                  const MetricNeeds& needs) {
+    auto computed_only = add_database_options(command, options.database);
+    auto* distances =
+        command
+            .add_option(
+                "--distances", options.distances,
+                "A CSV file of distances to use instead: material_a,material_b and a column "
+                "per metric")
+            ->transform(not_empty());
+    command.add_option("--metrics", options.metrics,
+                       fmt::format("Metrics, separated by commas, or all (default: {}); with "
+                                   "--distances its columns (default: all)",
+                                   needs.from_database));
+    const auto [device, memory] = add_computing_options(command, options);
+    computed_only.insert(computed_only.end(), {device, memory});
+    for (auto* other : computed_only) {
+        distances->excludes(other);
+    }
+    return distances;
+}
+
 std::vector<std::string> split_list(const std::string& list, const std::string& option) {
     std::vector<std::string> parts;
     for (std::size_t begin = 0; begin <= list.size();) {
@@ -42,115 +139,32 @@ std::vector<std::string> split_list(const std::string& list, const std::string& 
     return parts;
 }
 
-void require_metrics(std::size_t found, const MetricNeeds& needs) {
-    if (found >= needs.least && found <= needs.most) {
-        return;
-    }
-    const auto expected = needs.least == needs.most ? fmt::format("{} metrics", needs.least)
-                          : found < needs.least     ? fmt::format("{} metrics or more", needs.least)
-                                                : fmt::format("{} metrics or fewer", needs.most);
-    throw Error(Fault::usage, fmt::format("--metrics: found {}; expected {}, like cwcbrt,pawcielab",
-                                          found, expected));
-}
-
-/// What opens the same metric again.
-std::string text_of(const engine::Metric& metric) {
-    std::string text = metric.file;
-    for (std::size_t i = 0; i < metric.parameters.size(); ++i) {
-        text += fmt::format(":{}={}", metric.header.parameters[i].name, metric.parameters[i]);
-    }
-    return text;
-}
-
-/// Compiles each user's metric and tries it on the device, in a process of its own, so that none
-/// can hang or crash the program.
-void try_metrics(std::span<const engine::Metric* const> metrics, engine::Engines& engines) {
-    constexpr double kSeconds = 60;
-    constexpr std::uint64_t kBytes = 4ULL << 30U;
-    for (const auto* metric : metrics) {
-        if (!metric->has_twin()) {
-            const auto device = engines.device_for(metrics);
-            ask_guarded(fmt::format("{}: compiling and trying it", metric->file), kSeconds, kBytes,
-                        {device ? std::to_string(device->index) : engines.options().device,
-                         text_of(*metric)});
-        }
-    }
-}
-
-ObtainedDistances compute(const DistanceOptions& options, const MetricNeeds& needs,
-                          const pipeline::Control& control) {
-    ObtainedDistances result;
-    const auto texts = split_list(options.metrics.value_or(needs.from_database), "--metrics");
-    result.opened = pipeline::open_metrics(texts);
-    require_metrics(result.opened.size(), needs);
+OpenedDatabase open_for_distances(const DistanceOptions& options,
+                                  std::span<const std::string> metrics, const MetricNeeds& needs,
+                                  const pipeline::Control& control) {
+    OpenedDatabase result;
+    result.metrics = pipeline::open_metrics(metrics);
+    require_metrics(result.metrics.size(), needs);
     result.database = open_database(options.database);  // which has no threads of its own
-    auto left_out = pipeline::leave_out_empty(result.opened, texts, result.database->grid());
-    for (const auto& metric : result.opened) {
-        result.metrics.push_back(&metric);
+    result.left_out = pipeline::leave_out_empty(result.metrics, metrics, result.database->grid());
+    std::vector<const engine::Metric*> pointers;
+    for (const auto& metric : result.metrics) {
+        pointers.push_back(&metric);
     }
-    const auto engines = tried_engines(options.device, result.metrics, control);
-    try_metrics(result.metrics, *engines);
+    result.engines = tried_engines(options.device, pointers, control);
+    try_metrics(pointers, *result.engines);
+    return result;
+}
+
+void with_memory_advice(const std::function<void()>& compute) {
     try {
-        result.distances = pipeline::compute_pair_distances(
-            *engines, *result.database, result.metrics, options.memory, control);
-        result.distances.provenance.left_out = std::move(left_out);
+        compute();
     } catch (const MemoryError& error) {
         throw MemoryError(fmt::format("--memory: {}", error.what()));
     } catch (const device::AllocationError& error) {
         throw device::AllocationError(
             fmt::format("{}; a smaller --memory makes smaller slabs", error.what()));
     }
-    return result;
-}
-
-ObtainedDistances read(const DistanceOptions& options, const MetricNeeds& needs,
-                       const pipeline::Control& control) {
-    const std::string metrics = options.metrics.value_or("all");
-    const auto columns =
-        metrics == "all" ? std::vector<std::string>() : split_list(metrics, "--metrics");
-    if (!columns.empty()) {
-        require_metrics(columns.size(), needs);
-    }
-    ObtainedDistances result;
-    result.distances = pipeline::read_pair_distances(options.distances, columns, control);
-    require_metrics(result.distances.table.metrics.size(), needs);
-    return result;
-}
-
-}  // namespace
-
-CLI::Option* add_distance_options(CLI::App& command, DistanceOptions& options,
-                                  const MetricNeeds& needs) {
-    auto computed_only = add_database_options(command, options.database);
-    auto* distances =
-        command
-            .add_option(
-                "--distances", options.distances,
-                "A CSV file of distances to use instead: material_a,material_b and a column "
-                "per metric")
-            ->transform(not_empty());
-    command.add_option("--metrics", options.metrics,
-                       fmt::format("Metrics, separated by commas, or all (default: {}); with "
-                                   "--distances its columns (default: all)",
-                                   needs.from_database));
-    auto* device =
-        command.add_option("--device", options.device,
-                           "host (this processor), or a Vulkan device by number or part of its "
-                           "name (default: a GPU that passed a trial and is faster, else the "
-                           "host)");
-    auto* memory =
-        command
-            .add_option("--memory", options.memory,
-                        "Bound on the memory of what is read and computed, like 512M or 2G")
-            ->transform(byte_count())
-            ->default_str("1G");
-    command.add_option("--threads", options.threads, "Processor threads (default: all)")
-        ->transform(whole_number(1, 4096));
-    computed_only.insert(computed_only.end(), {device, memory});
-    for (auto* other : computed_only) {
-        distances->excludes(other);
-    }
-    return distances;
 }
 
 nlohmann::ordered_json computing_options_json(const DistanceOptions& options) {

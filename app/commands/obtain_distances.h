@@ -3,8 +3,10 @@
 #include <tbb/global_control.h>
 
 #include <CLI/CLI.hpp>
+#include <array>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -16,6 +18,7 @@
 #include "app/cli/database_options.h"
 #include "app/pipeline/pair_distances.h"
 #include "engine/database/database.h"
+#include "engine/distance/engines.h"
 #include "engine/metric/metric.h"
 
 namespace merl::app {
@@ -48,6 +51,9 @@ struct MetricNeeds {
 CLI::Option* add_distance_options(CLI::App& command, DistanceOptions& options,
                                   const MetricNeeds& needs);
 
+/// Adds --device, --memory and --threads alone; the result is the first two.
+std::array<CLI::Option*, 2> add_computing_options(CLI::App& command, DistanceOptions& options);
+
 /// Those that say how distances are computed and, if they were given, of which materials on which
 /// grid, for summaries.
 nlohmann::ordered_json computing_options_json(const DistanceOptions& options);
@@ -55,6 +61,28 @@ nlohmann::ordered_json computing_options_json(const DistanceOptions& options);
 /// Bounds the processor threads of the program, those of a device on the processor included, as
 /// long as the result lives; 0 is no bound.
 std::unique_ptr<tbb::global_control> limit_threads(unsigned threads);
+
+/// What computes distances: a database, metrics, and the engines for them.
+struct OpenedDatabase {
+    std::unique_ptr<engine::Database> database;
+    std::vector<engine::Metric> metrics;
+    std::vector<std::string> left_out;  // metrics of "all", and why, one line each
+    std::unique_ptr<engine::Engines> engines;
+};
+
+/// Opens a database for metrics, as many as are needed; the device is tried, and every metric of
+/// the user's is compiled and tried on it, in processes of their own. Throws Error (usage, input,
+/// device) and Interrupted.
+OpenedDatabase open_for_distances(const DistanceOptions& options,
+                                  std::span<const std::string> metrics, const MetricNeeds& needs,
+                                  const pipeline::Control& control);
+
+/// Calls what computes distances; an error for want of memory then says which option bounds it.
+void with_memory_advice(const std::function<void()>& compute);
+
+/// The parts of a comma-separated list, in order. Throws Error (usage) when one is empty or occurs
+/// twice; `option` is the option's name in that.
+std::vector<std::string> split_list(const std::string& list, const std::string& option);
 
 /// Distances, and what can recompute one: null and empty when a table was read.
 struct ObtainedDistances {

@@ -141,15 +141,14 @@ void print_summary(const Options& options, const Outcome& o) {
     }
     if (!o.result.exact) {
         print_result("undecided", o.result.unbounded.empty()
-                                      ? fmt::format("{}, closer than {} can tell",
-                                                    counted(o.result.left_open, "configuration"),
-                                                    o.result.open.empty() ? "float32" : "bounds")
+                                      ? fmt::format("{}, closer than their bounds",
+                                                    counted(o.result.left_open, "configuration"))
                                       : fmt::format("{}: no error bound is known for {}",
                                                     counted(o.result.undecided, "configuration"),
                                                     fmt::join(o.result.unbounded, " and ")));
     } else if (o.distances.provenance.database) {
         print_result("refined",
-                     fmt::format("{} + {} distances in float64; {} {} closer than float32 can tell",
+                     fmt::format("{} + {} distances in float64; {} {} closer than their bounds",
                                  o.result.refined.first, o.result.refined.second,
                                  counted(o.result.undecided, "configuration"),
                                  o.result.undecided == 1 ? "was" : "were"));

@@ -9,7 +9,6 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <numeric>
-#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -20,21 +19,16 @@
 #include "app/cli/terminal.h"
 #include "app/commands/commands.h"
 #include "app/commands/obtain_distances.h"
+#include "app/commands/obtain_judgements.h"
 #include "app/output/json.h"
 #include "app/output/output_directory.h"
 #include "app/output/provenance.h"
-#include "app/output/scan_record.h"
 #include "app/pages/score_plot.h"
-#include "engine/base/error.h"
-#include "engine/base/hash.h"
 #include "engine/base/stopwatch.h"
 #include "engine/base/text.h"
 #include "engine/database/model_database.h"
 #include "engine/database/open_database.h"
 #include "scan/io/csv.h"
-#include "scan/io/input.h"
-#include "scan/score/judgement_file.h"
-#include "scan/score/lagunas.h"
 #include "scan/score/score_tables.h"
 
 namespace merl::app {
@@ -53,10 +47,7 @@ struct Options {
 };
 
 struct Outcome {
-    scan::JudgementFile file;
-    std::string content_hash;           // of the judgements
-    std::string sha256;                 // the same file, as metrics name what they were fitted to
-    std::optional<ScanRecord> scanned;  // what the judgements are on, if they are those of `votes`
+    ObtainedJudgements judgements;
     ObtainedDistances obtained;
     pipeline::ScoreResult result;
     double judgement_seconds = 0;
@@ -68,12 +59,6 @@ struct Outcome {
     }
 };
 
-/// What the metric says of the judgements, if its parameters were fitted to this very file.
-const engine::FittedTo* fitted_to(const pipeline::MetricProvenance& metric, const Outcome& o) {
-    const auto found = std::ranges::find(metric.fitted, o.sha256, &engine::FittedTo::sha256);
-    return found == metric.fitted.end() ? nullptr : &*found;
-}
-
 ordered_json metric_json(const scan::MetricScore& metric) {
     return {{"majorities", estimate_json(metric.majorities)},
             {"votes", estimate_json(metric.votes)},
@@ -83,7 +68,8 @@ ordered_json metric_json(const scan::MetricScore& metric) {
             {"ties", metric.ties},
             {"undecided", metric.undecided},
             {"zero_distances", metric.zero_distances},
-            {"selected", metric.selected}};
+            {"selected", metric.selected},
+            {"fitted_to_judgements", metric.fitted}};
 }
 
 ordered_json intervals_json(const scan::ScoreClusters& clusters) {
@@ -99,34 +85,15 @@ ordered_json intervals_json(const scan::ScoreClusters& clusters) {
 }
 
 std::string summary_json(const Options& options, const Outcome& o) {
-    const auto& j = o.result.judgements;
-    ordered_json unknown = ordered_json::object();
-    for (const auto& [name, rows] : j.unknown) {
-        unknown[as_utf8(name)] = rows;
-    }
     const auto described = metrics_json(o.provenance());
     ordered_json metrics = ordered_json::array();
     for (std::size_t m = 0; m < o.result.score.metrics.size(); ++m) {
         metrics.push_back(described[m]);
         metrics.back().update(metric_json(o.result.score.metrics[m]));
         metrics.back()["refined_distances"] = o.result.refined.empty() ? 0 : o.result.refined[m];
-        metrics.back()["fitted_to_judgements"] = fitted_to(o.provenance().metrics[m], o) != nullptr;
     }
     ordered_json json = program_json();
-    json["judgements"] = {
-        {"file", as_utf8(options.judgements)},
-        {"format", o.file.format},
-        {"content_hash", o.content_hash},
-        {"sha256", o.sha256},
-        {"rows", j.rows},
-        {"rows_with_unknown_materials", j.rows_with_unknown},
-        {"unknown_materials", unknown},
-        {"configurations", o.result.score.judgements},
-        {"without_votes", j.without_votes},
-        {"untied", o.result.score.untied},
-        {"votes", o.result.score.votes},
-        {"equal_votes", o.result.score.equal_votes},
-        {"selected_by", o.scanned ? ordered_json(o.scanned->selected_by) : ordered_json::array()}};
+    json["judgements"] = judgements_json(o.judgements, o.result.judgements);
     json.update(source_json(o.provenance()));
     json.update(ordered_json{
         {"materials", o.obtained.distances.table.materials()},
@@ -147,34 +114,16 @@ std::string summary_json(const Options& options, const Outcome& o) {
     return json_text(json);
 }
 
-std::string judgements_text(const Outcome& o) {
-    return fmt::format(
-        "{}, {} with a majority; {}{}", counted(o.result.score.judgements, "configuration"),
-        fmt::group_digits(o.result.score.untied), counted(o.result.score.votes, "vote"),
-        o.result.score.equal_votes == 0
-            ? ""
-            : fmt::format(", {} of them equal", fmt::group_digits(o.result.score.equal_votes)));
-}
-
-void print_unknown(const scan::Judgements& judgements) {
-    constexpr std::size_t named = 5;
-    std::string names;
-    for (std::size_t i = 0; i < std::min(named, judgements.unknown.size()); ++i) {
-        names += (i == 0 ? "" : ", ") + judgements.unknown[i].name;
-    }
-    if (!judgements.unknown.empty()) {
-        print_result(
-            "unknown",
-            fmt::format("{}, in {} of {}: {}{}", counted(judgements.unknown.size(), "material"),
-                        fmt::group_digits(judgements.rows_with_unknown),
-                        counted(judgements.rows, "row"), names,
-                        judgements.unknown.size() > named ? " … (summary.json)" : ""));
-    }
-}
-
 /// A metric as it is called in tables.
 std::string label(const scan::MetricScore& metric) {
-    return metric.name + (metric.selected ? " *" : "");
+    return metric.name + (metric.selected ? " *" : "") + (metric.fitted ? " +" : "");
+}
+
+/// The likelihood of what a metric says, and why it is that of chance where it is.
+std::string likelihood_text(const scan::MetricScore& metric) {
+    return metric.is_chance() ? fmt::format("{:.3f} [{}]", metric.log_likelihood.value,
+                                            metric.is_opposed() ? "opposed" : "chance")
+                              : estimate_text(metric.log_likelihood);
 }
 
 void print_metrics(const scan::Score& score) {
@@ -189,22 +138,31 @@ void print_metrics(const scan::Score& score) {
         const auto& metric = score.metrics[m];
         print_line(fmt::format("{:<{}}  {:<22}  {:<22}  {:<22}  {}", label(metric), width,
                                estimate_text(metric.majorities), estimate_text(metric.votes),
-                               estimate_text(metric.slope),
-                               metric.opposed()
-                                   ? fmt::format("{:.3f} [opposed]", metric.log_likelihood.value)
-                                   : estimate_text(metric.log_likelihood)));
+                               estimate_text(metric.slope), likelihood_text(metric)));
     }
-    if (std::ranges::any_of(score.metrics, &scan::MetricScore::opposed)) {
+    if (std::ranges::any_of(score.metrics, &scan::MetricScore::is_opposed)) {
         print_line(
             "[opposed]: the slope is below 0, people do the opposite; what the metric says "
             "is no better than chance");
     }
+    if (std::ranges::any_of(score.metrics, [](const scan::MetricScore& metric) {
+            return metric.is_chance() && !metric.is_opposed();
+        })) {
+        print_line(
+            "[chance]: the slope is below 0, but not clear of it; what the metric says is no "
+            "better than chance");
+    }
     if (std::ranges::any_of(score.metrics, &scan::MetricScore::selected)) {
         print_line("* circular: what was judged are disagreements of this metric with another");
     }
+    if (std::ranges::any_of(score.metrics, &scan::MetricScore::fitted)) {
+        print_line(
+            "+ fitted to these judgements: how well it fits them, not how well it predicts "
+            "others");
+    }
 }
 
-/// What the bounds of float32 left open, and what became of it.
+/// What the bounds left open, and what became of it.
 void print_precision(const Outcome& o) {
     const std::uint64_t refined =
         std::accumulate(o.result.refined.begin(), o.result.refined.end(), std::uint64_t{0});
@@ -215,9 +173,8 @@ void print_precision(const Outcome& o) {
     for (const auto& metric : o.result.score.metrics) {
         if (metric.undecided > 0) {
             print_result("undecided",
-                         fmt::format("{}: {} configurations, computed in float32 without a bound "
-                                     "that tells",
-                                     metric.name, fmt::group_digits(metric.undecided)));
+                         fmt::format("{}: {}, nearer than its bound can tell, if it has one",
+                                     metric.name, counted(metric.undecided, "configuration")));
         }
     }
 }
@@ -251,18 +208,8 @@ void print_pairs(const scan::Score& score) {
     }
 }
 
-void print_unjudged(const scan::Judgements& judgements) {
-    if (judgements.without_votes > 0) {
-        print_result(
-            "", counted(judgements.without_votes, "configuration") + " without a vote left out");
-    }
-}
-
 void print_summary(const Options& options, const Outcome& o) {
-    print_result("judgements", fmt::format("{}, {}", options.judgements, o.file.format));
-    print_result("", judgements_text(o));
-    print_unjudged(o.result.judgements);
-    print_unknown(o.result.judgements);
+    print_results(judgements_lines(o.judgements, o.result.judgements));
     print_results(source_lines(o.obtained.distances));
     print_result("ceiling", estimate_text(o.result.score.ceiling) + " of the votes");
     const auto& clusters = o.result.score.clusters;
@@ -284,107 +231,25 @@ void print_summary(const Options& options, const Outcome& o) {
     print_pairs(o.result.score);
 }
 
-void read_judgements(const Options& options, Outcome& o, const pipeline::Control& control) {
-    const std::string text = scan::read_input(options.judgements);
-    o.content_hash = hash_of(text);
-    o.sha256 = sha256_of(text);
-    // The published indices are those of the 100 MERL materials, whatever the database has of them.
-    const auto merl = scan::lagunas_order(engine::merl_materials());
-    o.file =
-        scan::parse_judgements(text, options.judgements, merl, control.stage("reading judgements"));
-}
-
-/// Whether the options say which materials are scored.
-bool names_materials(const DistanceOptions& options) {
-    return !options.database.databases.empty() || !options.distances.empty();
-}
-
-/// Where distances come from: what the options say, otherwise the database whose spheres were
-/// judged, if that is known.
-DistanceOptions distance_options(const Options& options, const Outcome& o) {
-    DistanceOptions distances = options.distances;
-    if (o.scanned && !names_materials(distances)) {
-        if (o.scanned->source.contains("distances")) {
-            throw InputError(fmt::format(
-                "{}: the judged selection is of distances from a table; name it with --distances, "
-                "or with --database the database to score",
-                o.scanned->summary));
-        }
-        distances.database.otherwise = recorded_choice(*o.scanned);
-    }
-    return distances;
-}
-
-/// Finds out what was judged. Judgements of `votes` that were edited may be of any database.
-void find_what_was_judged(const Options& options, Outcome& o) {
-    auto found = find_scan_record(options.judgements, "judgements.csv", o.content_hash, nullptr);
-    o.scanned = std::move(found.record);
-    if (found.is_of_another_file && !names_materials(options.distances)) {
-        throw InputError(
-            fmt::format("{}, so nothing says which database {} is of; --database names it: a "
-                        "directory, or {}",
-                        found.why_not, options.judgements, engine::kBuiltIn));
-    }
-}
-
-/// Whether the options choose some of the materials, and all that are left are as they were judged.
-bool is_part_of_scan(const Options& options, const Outcome& o) {
-    const auto& scanned = o.scanned->material_hashes;
-    return !options.distances.database.materials.is_all() &&
-           std::ranges::all_of(o.provenance().database->materials, [&](const auto& material) {
-               const auto found = scanned.find(material.name);
-               return found != scanned.end() && found->second == material.content_hash;
-           });
-}
-
-/// Distances of other materials than those that were judged are an error, unless the user has named
-/// the database. Judgements from elsewhere are scored with the stand-in, which is said.
-void compare_with_scan(const Options& options, Outcome& o) {
-    if (!o.scanned && !names_materials(options.distances)) {
-        warn(o.obtained.distances,
-             fmt::format("{} does not say which materials were judged: they are scored with the "
-                         "built-in stand-in; --database names another, or {}",
-                         options.judgements, engine::kBuiltIn));
-    }
-    if (!o.scanned || !o.scanned->has_database() || !o.obtained.database ||
-        o.provenance().database->content_hash == o.scanned->content_hash ||
-        is_part_of_scan(options, o)) {
-        return;
-    }
-    if (options.distances.database.databases.empty()) {
-        throw InputError(fmt::format(
-            "{}: the content is not what was scanned and judged, as {} says; --database "
-            "names a database to score all the same",
-            o.obtained.database->name(), o.scanned->summary));
-    }
-    warn(o.obtained.distances,
-         fmt::format("{} has other content than the database that was judged, as {} says",
-                     o.obtained.database->name(), o.scanned->summary));
-}
-
-/// Whether a metric is one of those whose disagreements were judged.
-bool selected(const Outcome& o, const std::string& metric) {
-    return o.scanned && std::ranges::find(o.scanned->selected_by, as_utf8(metric)) !=
-                            o.scanned->selected_by.end();
-}
-
 /// What was judged are disagreements of two metrics: of those it says nothing else.
 void warn_of_circular_scores(Outcome& o) {
     const auto& metrics = o.obtained.distances.table.metrics;
-    if (std::ranges::any_of(metrics, [&](const auto& m) { return selected(o, m.metric); })) {
+    if (std::ranges::any_of(
+            metrics, [&](const auto& m) { return o.judgements.are_selected_by(m.metric); })) {
         warn(o.obtained.distances,
              fmt::format("what was judged are disagreements of {}, as {} says: their scores are "
                          "circular and say only which of the two is right where they disagree; "
                          "what one gains the other loses, and neither can be compared with other "
                          "metrics or other judgements",
-                         fmt::join(o.scanned->selected_by, " and "), o.scanned->summary));
+                         fmt::join(o.judgements.scanned->selected_by, " and "),
+                         o.judgements.scanned->summary));
     }
 }
 
 /// Says which metrics have seen the answers.
 void warn_of_fitted(const Options& options, Outcome& o) {
     for (const auto& metric : o.provenance().metrics) {
-        if (const auto* data = fitted_to(metric, o)) {
+        if (const auto* data = o.judgements.fitted_to(metric)) {
             warn(o.obtained.distances,
                  fmt::format("{} was fitted to {} ({}): its figures say how well it fits these "
                              "judgements, not how well it predicts others",
@@ -408,7 +273,7 @@ std::string subtitle(const Options& options, const Outcome& o) {
     const auto name = std::filesystem::path(options.judgements).filename().string();
     const auto& database = o.provenance().database;
     const auto stand_in = database ? stand_in_of(*database) : "";
-    return fmt::format("{}: {}{}", name, judgements_text(o),
+    return fmt::format("{}: {}{}", name, judgements_text(o.result.judgements),
                        stand_in.empty() ? "" : "; distances of " + stand_in);
 }
 
@@ -432,18 +297,24 @@ int run(const Options& options) {
           .write = [&](int file) { scan::write_all(file, summary_json(options, o)); }}},
         {options.judgements, options.distances.distances});
     Stopwatch watch;
-    read_judgements(options, o, control);
-    find_what_was_judged(options, o);
+    o.judgements = obtain_judgements(options.judgements, options.distances, control);
     o.judgement_seconds = watch.lap();
-    o.obtained = obtain_distances(distance_options(options, o), kMetrics, control);
-    compare_with_scan(options, o);
+    o.obtained =
+        obtain_distances(with_judged_database(options.distances, o.judgements), kMetrics, control);
+    const auto& database = o.provenance().database;
+    for (const auto& text :
+         compare_with_judged(o.judgements, options.distances, database ? &*database : nullptr)) {
+        warn(o.obtained.distances, text);
+    }
     warn_of_circular_scores(o);
     warn_of_fitted(options, o);
-    o.result =
-        pipeline::score_distances(o.obtained.distances.table, o.file, o.obtained.database.get(),
-                                  o.obtained.metrics, options.distances.memory, control);
-    for (auto& metric : o.result.score.metrics) {
-        metric.selected = selected(o, metric.name);
+    o.result = pipeline::score_distances(o.obtained.distances.table, o.judgements.file,
+                                         o.obtained.database.get(), o.obtained.metrics,
+                                         options.distances.memory, control);
+    for (std::size_t m = 0; m < o.result.score.metrics.size(); ++m) {
+        auto& metric = o.result.score.metrics[m];
+        metric.selected = o.judgements.are_selected_by(metric.name);
+        metric.fitted = o.judgements.fitted_to(o.provenance().metrics[m]) != nullptr;
     }
     warn_if_all_are_zero(o.obtained.distances);
     out.finish();
@@ -460,13 +331,7 @@ void add_score(CLI::App& program, Command& chosen) {
     auto options = std::make_shared<Options>();
     auto* command = program.add_subcommand(
         "score", "How well distances predict what people say about the similarity of materials");
-    command
-        ->add_option("--judgements", options->judgements,
-                     "What people said: a CSV file with the columns reference,a,b,votes_a,votes_b "
-                     "or left_1,left_2,right_1,right_2,votes_left,votes_equal,votes_right, or the "
-                     "JSON of Lagunas et al. 2019")
-        ->required()
-        ->transform(not_empty());
+    add_judgements_option(*command, options->judgements);
     add_distance_options(*command, options->distances, kMetrics);
     add_output_options(*command, options->out, options->force);
     add_quiet_option(*command, options->quiet);

@@ -113,9 +113,14 @@ nlohmann::ordered_json estimate_json(const scan::Estimate& estimate) {
 
 std::string estimate_text(const scan::Estimate& estimate) {
     const auto& [low, high] = estimate.interval;
-    return std::isnan(estimate.value) ? "-"
-           : std::isnan(low)          ? fmt::format("{:.3f} [too few]", estimate.value)
-                             : fmt::format("{:.3f} [{:.3f}, {:.3f}]", estimate.value, low, high);
+    if (std::isnan(estimate.value)) {
+        return "-";
+    }
+    if (std::isnan(low)) {
+        return fmt::format("{:.3f} [{}]", estimate.value,
+                           estimate.too_few == scan::all_alike ? "all alike" : "too few");
+    }
+    return fmt::format("{:.3f} [{:.3f}, {:.3f}]", estimate.value, low, high);
 }
 
 nlohmann::ordered_json program_json() {

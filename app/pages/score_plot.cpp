@@ -142,7 +142,8 @@ std::string panel_svg(const scan::Score& score, const std::vector<std::size_t>& 
     for (std::size_t row = 0; row < order.size(); ++row) {
         const auto& metric = score.metrics[order[row]];
         const auto& [value, interval, too_few] = metric.*panel.figure;
-        const bool opposed = metric.opposed() && panel.figure == &scan::MetricScore::log_likelihood;
+        const bool chance_at_best =
+            metric.is_chance() && panel.figure == &scan::MetricScore::log_likelihood;
         const double y = kRow * (static_cast<double>(row) + 0.5);
         if (!std::isnan(interval.low)) {
             svg += fmt::format(
@@ -155,8 +156,8 @@ std::string panel_svg(const scan::Score& score, const std::vector<std::size_t>& 
                 "<circle{} cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"4.5\"/>"
                 "<text class=\"figure\" x=\"{:.1f}\" y=\"{:.1f}\" "
                 "text-anchor=\"end\">{}</text>\n",
-                opposed ? " class=\"opposed\"" : "", scale.at(value), y, kPanel + kFigure - 4,
-                y + 4, number(value, 3));
+                chance_at_best ? " class=\"opposed\"" : "", scale.at(value), y,
+                kPanel + kFigure - 4, y + 4, number(value, 3));
         }
     }
     return svg + "</g>\n";
@@ -164,7 +165,8 @@ std::string panel_svg(const scan::Score& score, const std::vector<std::size_t>& 
 
 /// The name of a metric beside its row.
 std::string label(const scan::MetricScore& metric) {
-    return shortened(printable(metric.name), kLongest) + (metric.selected ? " *" : "");
+    return shortened(printable(metric.name), kLongest) + (metric.selected ? " *" : "") +
+           (metric.fitted ? " †" : "");
 }
 
 /// The lines below the panels.
@@ -172,16 +174,20 @@ std::vector<std::string> notes_on(const scan::Score& score) {
     std::vector<std::string> notes = {
         "Dots are the judgements as they are, bars 95 % intervals. The "
         "ceiling is what the votes themselves allow."};
-    if (std::ranges::any_of(score.metrics, &scan::MetricScore::opposed)) {
+    if (std::ranges::any_of(score.metrics, &scan::MetricScore::is_chance)) {
         notes.emplace_back(
-            "Open circles: the slope is below 0, people do the opposite of the metric; what it "
-            "says "
-            "itself is no likelier than chance.");
+            "Open circles: the slope is below 0, and what the metric says is no likelier than "
+            "chance.");
     }
     if (std::ranges::any_of(score.metrics, &scan::MetricScore::selected)) {
         notes.emplace_back(
             "* Circular: what was judged are disagreements of this metric with another. Not to be "
             "compared with the others.");
+    }
+    if (std::ranges::any_of(score.metrics, &scan::MetricScore::fitted)) {
+        notes.emplace_back(
+            "† Fitted to these judgements: how well it fits them, not how well it predicts "
+            "others.");
     }
     return notes;
 }

@@ -11,6 +11,24 @@
 namespace merl::pipeline {
 namespace {
 
+MetricProvenance provenance_of(const engine::Metric& metric) {
+    const auto& header = metric.header;
+    MetricProvenance result = {.name = metric.name,
+                               .title = header.title,
+                               .formula = header.formula,
+                               .source = header.source,
+                               .note = header.note,
+                               .parameters = {},
+                               .fitted = header.fitted,
+                               .is_pseudometric = metric.is_pseudometric()};
+    for (std::size_t p = 0; p < header.parameters.size(); ++p) {
+        result.parameters.emplace_back(header.parameters[p].name, metric.parameters[p]);
+    }
+    return result;
+}
+
+}  // namespace
+
 DatabaseProvenance provenance_of(const engine::Database& database,
                                  const engine::DistanceResult& computed) {
     DatabaseProvenance result = {.name = database.name(),
@@ -33,24 +51,6 @@ DatabaseProvenance provenance_of(const engine::Database& database,
     }
     return result;
 }
-
-MetricProvenance provenance_of(const engine::Metric& metric) {
-    const auto& header = metric.header;
-    MetricProvenance result = {.name = metric.name,
-                               .title = header.title,
-                               .formula = header.formula,
-                               .source = header.source,
-                               .note = header.note,
-                               .parameters = {},
-                               .fitted = header.fitted,
-                               .is_pseudometric = metric.is_pseudometric()};
-    for (std::size_t p = 0; p < header.parameters.size(); ++p) {
-        result.parameters.emplace_back(header.parameters[p].name, metric.parameters[p]);
-    }
-    return result;
-}
-
-}  // namespace
 
 PairDistances compute_pair_distances(engine::Engines& engines, const engine::Database& database,
                                      std::span<const engine::Metric* const> metrics,

@@ -84,6 +84,10 @@ struct PairDistances {
     Provenance provenance;
 };
 
+/// What is known of a database of which distances were computed.
+DatabaseProvenance provenance_of(const engine::Database& database,
+                                 const engine::DistanceResult& computed);
+
 /// Computes the distances of all pairs of a database under some metrics, each material read once.
 /// The stage is "distances". Throws InputError for a database that cannot be used or has fewer than
 /// two materials, Error (device) and NoDriverError where no device will do (engine/distance/

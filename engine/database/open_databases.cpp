@@ -10,6 +10,7 @@
 
 #include "engine/base/error.h"
 #include "engine/database/joined_database.h"
+#include "engine/database/model_database.h"
 
 namespace merl::engine {
 namespace {
@@ -33,6 +34,10 @@ std::string default_label(const std::string& name) {
     if (name.empty() || name == kBuiltIn) {
         return kBuiltIn;
     }
+    if (is_model(name)) {
+        const auto table = name.find(':');
+        return table == std::string::npos ? name : fs::path(name.substr(table + 1)).stem().string();
+    }
     const fs::path path = fs::absolute(name).lexically_normal();
     const fs::path last = path.has_filename() ? path.filename() : path.parent_path().filename();
     std::error_code none;
@@ -40,8 +45,9 @@ std::string default_label(const std::string& name) {
 }
 
 bool is_same(const std::string& a, const std::string& b) {
+    const auto own = [](const std::string& name) { return name == kBuiltIn ? kBuiltInModel : name; };
     std::error_code none;
-    return a == b || fs::equivalent(a, b, none);
+    return own(a) == own(b) || (!is_model(a) && !is_model(b) && fs::equivalent(a, b, none));
 }
 
 std::vector<Member> members_of(const DatabaseChoice& choice) {

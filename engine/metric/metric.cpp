@@ -101,6 +101,18 @@ std::size_t end_of_name(std::string_view text) {
     return std::min(text.find(':'), text.size());
 }
 
+/// ":name=value" for every parameter that is not at its default.
+std::string settings_text(const Metric& metric) {
+    std::string text;
+    for (std::size_t i = 0; i < metric.parameters.size(); ++i) {
+        const auto& p = metric.header.parameters[i];
+        if (metric.parameters[i] != p.value) {
+            text += fmt::format(":{}={}", p.name, metric.parameters[i]);
+        }
+    }
+    return text;
+}
+
 /// Sets a parameter from "name=value".
 void set_parameter(Metric& metric, std::string_view setting, std::vector<bool>& set) {
     const auto& parameters = metric.header.parameters;
@@ -176,12 +188,18 @@ Metric open_metric(const std::string& text) {
         set_parameter(metric, rest.substr(0, length), set);
         rest.remove_prefix(length);
     }
-    for (std::size_t i = 0; i < set.size(); ++i) {
-        const auto& p = metric.header.parameters[i];
-        if (metric.parameters[i] != p.value) {
-            metric.name += fmt::format(":{}={}", p.name, metric.parameters[i]);
-        }
-    }
+    metric.name += settings_text(metric);
+    return metric;
+}
+
+std::string text_of(const Metric& metric) {
+    return metric.has_twin() ? metric.name : metric.file + settings_text(metric);
+}
+
+Metric with_parameters(Metric metric, std::span<const double> parameters) {
+    metric.name.resize(metric.name.size() - settings_text(metric).size());
+    metric.parameters.assign(parameters.begin(), parameters.end());
+    metric.name += settings_text(metric);
     return metric;
 }
 

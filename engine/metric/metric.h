@@ -131,4 +131,11 @@ const Metric& find_metric(std::string_view name);
 /// a file that cannot be read or has a bad header.
 Metric open_metric(const std::string& text);
 
+/// What open_metric() takes to open the same metric again.
+std::string text_of(const Metric& metric);
+
+/// The metric with these values of all its parameters, which must be in their ranges, and the name
+/// that they give it.
+Metric with_parameters(Metric metric, std::span<const double> parameters);
+
 }  // namespace merl::engine

@@ -1,5 +1,6 @@
 #include "scan/score/score.h"
 
+#include <fmt/format.h>
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
@@ -8,7 +9,6 @@
 #include <limits>
 #include <numeric>
 
-#include "scan/statistics/choice_model.h"
 #include "scan/statistics/clustered_figure.h"
 #include "scan/statistics/sign_test.h"
 
@@ -107,7 +107,26 @@ double log_term(double x, double n) {
     return x == 0 ? 0 : x * std::log(x / n);
 }
 
-/// The number of materials that take part, and their effective number.
+/// In all figures but shares of majorities.
+std::uint64_t votes_of(const Judgement& judgement) {
+    return judgement.votes();
+}
+
+/// In shares of majorities, each of which counts the same.
+std::uint64_t majorities_of(const Judgement& judgement) {
+    return judgement.untied() ? 1 : 0;
+}
+
+/// Why there is no interval where a few clusters have nearly all the weight: what a figure that is
+/// theirs alone leaves of them says nothing of how far off it is.
+std::string too_few_effective(double clusters, const char* things) {
+    return clusters < fewest_effective_clusters
+               ? fmt::format("effective number of {}: {:.2f}; expected {} or more", things,
+                             clusters, fewest_effective_clusters)
+               : "";
+}
+
+/// What materials take part in, and how much.
 struct Participants {
     explicit Participants(std::uint32_t materials) : sizes(materials) {}
 
@@ -116,44 +135,51 @@ struct Participants {
             std::ranges::count_if(sizes, [](auto size) { return size > 0; }));
     }
 
-    std::vector<std::uint64_t> sizes;  // judgements of each material
+    std::vector<std::uint64_t> sizes;  // the weights of each material's judgements
 };
 
-/// The clusters of some of the judgements.
-template <typename Take>
-ScoreClusters clusters_of(const Judgements& judgements, const Take& take) {
+/// The clusters of a figure in which judgements have these weights; those without one take no part.
+template <typename Weight>
+ScoreClusters clusters_of(const Judgements& judgements, const Weight& weight_of) {
     Participants all(judgements.materials);
     Participants references(judgements.materials);
     Participants alternatives(judgements.materials);
+    std::vector<std::uint64_t> without_reference;
     ScoreClusters result{};
     for (const auto& judgement : judgements.list) {
-        if (!take(judgement)) {
+        const std::uint64_t weight = weight_of(judgement);
+        if (weight == 0) {
             continue;
         }
         const auto materials = materials_of(judgement, judgements.materials);
         for (const auto material : materials.all()) {
-            ++all.sizes[material];
+            all.sizes[material] += weight;
         }
         for (const auto material : materials.all().subspan(materials.has_reference ? 1 : 0)) {
-            ++alternatives.sizes[material];
+            alternatives.sizes[material] += weight;
         }
         if (materials.has_reference) {
-            ++references.sizes[materials.list[0]];
+            references.sizes[materials.list[0]] += weight;
         } else {
-            ++result.without_reference;
+            without_reference.push_back(weight);
         }
     }
+    result.without_reference = without_reference.size();
     result.materials = all.count();
     result.references = references.count();
     result.alternatives = alternatives.count();
-    references.sizes.insert(references.sizes.end(), result.without_reference, 1);
-    result.effective =
-        std::min(effective_clusters(references.sizes), effective_clusters(alternatives.sizes));
+    references.sizes.insert(references.sizes.end(), without_reference.begin(),
+                            without_reference.end());
+    const double effective_references = effective_clusters(references.sizes);
+    const double effective_alternatives = effective_clusters(alternatives.sizes);
+    result.effective = std::min(effective_references, effective_alternatives);
     for (const auto& reason :
          {too_few(result.materials, "materials", fewest_score_materials),
           too_few(result.references + result.without_reference,
                   "references and configurations without one"),
-          too_few(result.alternatives, "materials compared with references")}) {
+          too_few(result.alternatives, "materials compared with references"),
+          too_few_effective(effective_references, "references"),
+          too_few_effective(effective_alternatives, "materials compared with references")}) {
         if (result.too_few.empty()) {
             result.too_few = reason;
         }
@@ -205,12 +231,7 @@ Figures figures_of(const Judgements& judgements, double slope, const Prefers& pr
 /// maximum does not move with the slope, to first order. Calls `fitted` halfway.
 Figures figures_of(const Judgements& judgements, const ScoredMetric& metric,
                    const std::function<void()>& fitted) {
-    const double floor = smallest_positive(metric.distances);
-    std::vector<Choice> choices;
-    choices.reserve(judgements.list.size());
-    for (const auto& judgement : judgements.list) {
-        choices.push_back(choice_of(judgement, metric.distances, floor));
-    }
+    const auto choices = choices_of(judgements.list, metric.distances);
     const double slope = fit_choice_model(choices).slope;
     fitted();
     const bool moves = std::isfinite(slope);
@@ -342,10 +363,8 @@ Score score(const Judgements& judgements, std::span<const ScoredMetric> metrics,
         result.votes += judgement.votes();
         result.equal_votes += judgement.votes_equal;
     }
-    result.clusters =
-        clusters_of(judgements, [](const Judgement& judgement) { return judgement.votes() > 0; });
-    const auto untied =
-        clusters_of(judgements, [](const Judgement& judgement) { return judgement.untied(); });
+    result.clusters = clusters_of(judgements, votes_of);
+    const auto untied = clusters_of(judgements, majorities_of);
     const Figures best = best_figures(judgements);
     result.ceiling = estimate(best.votes, result.clusters, 0, 1);
     result.ceiling_log_likelihood = estimate(best.log_likelihood, result.clusters, -infinity, 0);
@@ -367,11 +386,71 @@ Score score(const Judgements& judgements, std::span<const ScoredMetric> metrics,
     return result;
 }
 
+std::vector<Choice> choices_of(std::span<const Judgement> judgements,
+                               std::span<const double> distances) {
+    const double floor = smallest_positive(distances);
+    std::vector<Choice> choices;
+    choices.reserve(judgements.size());
+    for (const auto& judgement : judgements) {
+        choices.push_back(choice_of(judgement, distances, floor));
+    }
+    return choices;
+}
+
+std::vector<Prediction> predictions(std::span<const Judgement> judgements,
+                                    std::span<const double> distances, double slope) {
+    const double own_slope = std::max(slope, 0.0);
+    const auto choices = choices_of(judgements, distances);
+    std::vector<Prediction> result;
+    result.reserve(judgements.size());
+    for (std::size_t k = 0; k < judgements.size(); ++k) {
+        result.push_back(
+            {prefers_left(judgements[k], distances), log_likelihood(choices[k], own_slope)});
+    }
+    return result;
+}
+
+PredictionScores score_predictions(const Judgements& judgements, std::span<const Prediction> first,
+                                   std::span<const Prediction> second) {
+    PredictionScores result{};
+    for (const auto& judgement : judgements.list) {
+        result.untied += judgement.untied() ? 1 : 0;
+        result.votes += judgement.votes();
+    }
+    result.judgements = judgements.list.size();
+    result.clusters = clusters_of(judgements, votes_of);
+    const auto untied = clusters_of(judgements, majorities_of);
+    const auto figures = [&](std::span<const Prediction> predicted) {
+        return figures_of(
+            judgements, 0, [&](std::size_t k) { return predicted[k].prefers_left; },
+            [&](std::size_t k) { return predicted[k].log_likelihood; },
+            [](std::size_t) { return 0.0; });
+    };
+    const auto scored = [&](const Figures& of, double least, double most, double most_likelihood) {
+        return PredictionScore{
+            estimate(of.majorities, untied, least, most),
+            estimate(of.votes, result.clusters, least, most),
+            estimate(of.log_likelihood, result.clusters, -infinity, most_likelihood)};
+    };
+    const Figures of_first = figures(first);
+    const Figures of_second = figures(second);
+    result.first = scored(of_first, 0, 1, 0);
+    result.second = scored(of_second, 0, 1, 0);
+    result.gain =
+        scored({.majorities = difference(of_second.majorities, of_first.majorities),
+                .votes = difference(of_second.votes, of_first.votes),
+                .slope = {},
+                .log_likelihood = difference(of_second.log_likelihood, of_first.log_likelihood),
+                .total_log_likelihood = 0},
+               -1, 1, infinity);
+    return result;
+}
+
 void limit_to_own_order(Score& score) {
     constexpr double none = std::numeric_limits<double>::quiet_NaN();
     const double chance = std::log(0.5);
     for (auto& metric : score.metrics) {
-        if (metric.opposed()) {
+        if (metric.is_chance()) {
             metric.log_likelihood = {chance, {none, none}, "the slope is below 0: that of chance"};
             metric.total_log_likelihood = chance * static_cast<double>(score.votes);
         }

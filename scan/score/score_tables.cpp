@@ -22,7 +22,7 @@ void write_scores(int file, const Score& score) {
     for (const auto* column : {"majorities", "votes", "slope", "log_likelihood_per_vote"}) {
         text += fmt::format(",{0},{0}_low,{0}_high", column);
     }
-    text += ",log_likelihood,ties,undecided,zero_distances,selected\n";
+    text += ",log_likelihood,ties,undecided,zero_distances,selected,fitted\n";
     for (const auto& metric : score.metrics) {
         text += csv_field(metric.name);
         append_estimate(text, metric.majorities);
@@ -30,8 +30,8 @@ void write_scores(int file, const Score& score) {
         append_estimate(text, metric.slope);
         append_estimate(text, metric.log_likelihood);
         append_figure(text, metric.total_log_likelihood);
-        text += fmt::format(",{},{},{},{}\n", metric.ties, metric.undecided, metric.zero_distances,
-                            metric.selected ? 1 : 0);
+        text += fmt::format(",{},{},{},{},{}\n", metric.ties, metric.undecided,
+                            metric.zero_distances, metric.selected ? 1 : 0, metric.fitted ? 1 : 0);
     }
     write_all(file, text);
 }

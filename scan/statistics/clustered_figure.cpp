@@ -48,7 +48,7 @@ Estimate estimated(const ClusteredFigure& figure, double clusters, const std::st
     const double error = standard_error(figure, clusters);
     // Less than this is rounding.
     if (!(error > 1e-13 * std::max(1.0, std::abs(figure.value)))) {
-        return {figure.value, {none, none}, "all judgements are alike"};
+        return {figure.value, {none, none}, all_alike};
     }
     const boost::math::students_t_distribution<double> t(clusters - 1);
     const double half = boost::math::quantile(t, 0.975) * error;

@@ -18,6 +18,9 @@ struct Estimate {
 /// is enough of it.
 std::string too_few(std::uint64_t count, const char* things, std::uint64_t least = fewest_clusters);
 
+/// Why there is no interval where nothing is known of how far off a figure could be.
+inline constexpr const char* all_alike = "all judgements are alike";
+
 /// A figure with the percentile interval of its bootstrapped values; without one for the reason
 /// given, if it is not empty, and where there are fewer than fewest_replicates values or all of
 /// them are the same: that is no certainty, but the lack of anything that could differ.

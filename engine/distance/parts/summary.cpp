@@ -103,6 +103,24 @@ Evaluated evaluate(const Metric& metric, std::span<const WindowMean> means,
     return result;
 }
 
+/// The distance of materials a and b, of [material][feature].
+double distance_of(const Metric& metric, std::span<const double> features, std::size_t a,
+                   std::size_t b, std::span<const std::string> materials) {
+    const std::size_t count = metric.header.features;
+    double sum = 0;
+    for (std::size_t i = 0; i < count; ++i) {
+        const double d = features[a * count + i] - features[b * count + i];
+        sum += d * d;
+    }
+    const double distance = std::sqrt(sum);
+    if (!std::isfinite(distance)) {
+        throw InputError(fmt::format(
+            "{}: the distance of materials \"{}\" and \"{}\" is {}: beyond the range of float64",
+            metric.file, materials[a], materials[b], distance));
+    }
+    return distance;
+}
+
 }  // namespace
 
 WindowTotals::WindowTotals(const Metric& metric, std::uint32_t materials)
@@ -153,28 +171,41 @@ MetricDistances summary_distances(const Metric& metric, std::vector<WindowMean> 
                                   std::span<const std::string> materials) {
     constexpr double kRounding = 1e-14;  // of the root of the sum of 64 squares, relative
     const auto [values, errors] = evaluate(metric, means, features, materials);
-    const std::size_t count = metric.header.features;
     MetricDistances result;
     for (std::size_t a = 0; a < materials.size(); ++a) {
         for (std::size_t b = a + 1; b < materials.size(); ++b) {
-            double sum = 0;
-            for (std::size_t i = 0; i < count; ++i) {
-                const double d = values[a * count + i] - values[b * count + i];
-                sum += d * d;
-            }
-            const double distance = std::sqrt(sum);
-            if (!std::isfinite(distance)) {
-                throw InputError(
-                    fmt::format("{}: the distance of materials \"{}\" and \"{}\" is {}: beyond the "
-                                "range of float64",
-                                metric.file, materials[a], materials[b], distance));
-            }
+            const double distance = distance_of(metric, values, a, b, materials);
             result.values.push_back(distance);
             result.bounds.push_back(errors[a] + errors[b] + kRounding * distance);
         }
     }
     result.means = std::move(means);
     return result;
+}
+
+std::vector<double> summary_values(const Metric& metric, std::span<const WindowMean> means,
+                                   std::span<const std::string> materials) {
+    const std::size_t windows = metric.header.windows.size();
+    const std::size_t count = metric.header.features;
+    std::vector<double> features(materials.size() * count);
+    for (std::size_t m = 0; m < materials.size(); ++m) {
+        const auto of_material = means.subspan(m * windows, windows);
+        const auto found = std::span(features).subspan(m * count, count);
+        metric.twin.features(metric.parameters, of_material, found);
+        const auto bad =
+            std::ranges::find_if(found, [](double feature) { return !std::isfinite(feature); });
+        if (bad != found.end()) {
+            refuse_feature(metric, static_cast<std::size_t>(bad - found.begin()), *bad,
+                           materials[m], of_material);
+        }
+    }
+    std::vector<double> distances;
+    for (std::size_t a = 0; a < materials.size(); ++a) {
+        for (std::size_t b = a + 1; b < materials.size(); ++b) {
+            distances.push_back(distance_of(metric, features, a, b, materials));
+        }
+    }
+    return distances;
 }
 
 std::optional<std::string> empty_window(const Metric& metric, const Grid& grid) {

@@ -62,6 +62,11 @@ Features twin_features(const Metric& metric);
 MetricDistances summary_distances(const Metric& metric, std::vector<WindowMean> means,
                                   const Features& features, std::span<const std::string> materials);
 
+/// The same distances without their bounds, by the metric's twin, on this thread: what a search for
+/// parameters takes, again and again. Throws likewise.
+std::vector<double> summary_values(const Metric& metric, std::span<const WindowMean> means,
+                                   std::span<const std::string> materials);
+
 /// The first window of a summary metric with a twin that weighs no voxel of the grid above the
 /// horizon; none when there is none.
 std::optional<std::string> empty_window(const Metric& metric, const Grid& grid);

@@ -230,6 +230,19 @@ class Score(Case):
         self.assertEqual(len([c for c in root.iter(f"{svg}circle") if c.get("class")]), len(opposed))
         self.assertIn("Open circles", "".join(root.itertext()))
 
+    def test_a_metric_that_is_no_better_than_chance(self):
+        """A slope below 0 that is not clear of it is not called the opposite of what people do."""
+        rows = [[r, a, b, 5, 4] if k % 2 else [r, a, b, 4, 5]
+                for k, (r, a, b, _, _) in enumerate(self.reference_rows())]
+        write_rows(self.work / "votes.csv", REFERENCE, rows)
+        header, table = read_csv(self.score() / "score.csv")
+        slopes = [{key: float(dict(zip(header, row))[key] or "nan") for key in ("slope", "slope_high")}
+                  for row in table]
+        self.assertTrue(any(s["slope"] < 0 < s["slope_high"] for s in slopes), slopes)
+        self.assertEqual(self.output.count("-0.693 [chance]"), sum(s["slope"] < 0 < s["slope_high"] for s in slopes))
+        self.assertEqual(self.output.count("-0.693 [opposed]"), sum(s["slope_high"] < 0 for s in slopes))
+        self.assertIn("[chance]: the slope is below 0, but not clear of it", self.output)
+
     def test_the_table_in_the_terminal(self):
         write_rows(self.work / "votes.csv", REFERENCE, self.reference_rows())
         self.score()
@@ -369,6 +382,13 @@ class Database(Case):
                           {"sha256": this, "citation": "Somebody\x1b[31m 2019, the training part"}])
         (warning,) = summary["warnings"]
         self.assertIn("mine.glsl:k=2 was fitted to votes.csv", warning)
+        header, table = read_csv(self.work / "out" / "score.csv")
+        self.assertEqual([dict(zip(header, row))["fitted"] for row in table], ["0", "1"])
+        self.assertRegex(result.stdout, r"(?m)^mine\.glsl:k=2 \+ +\d")
+        self.assertRegex(result.stdout, r"(?m)^\+ fitted to these judgements")
+        plot = (self.work / "out" / "score.svg").read_text(encoding="utf-8")
+        self.assertIn("mine.glsl:k=2 †", plot)
+        self.assertIn("† Fitted to these judgements", plot)
         # The same rows in another file are not known again.
         self.assert_success(*score, "other.csv")
         summary = read_json(self.work / "out" / "summary.json")

@@ -43,7 +43,8 @@ Score two_metrics() {
                       .total_log_likelihood = -7,
                       .ties = 0,
                       .undecided = 0,
-                      .zero_distances = 0}};
+                      .zero_distances = 0,
+                      .fitted = true}};
     score.pairs = {{.first = 0,
                     .second = 1,
                     .first_right = 29,
@@ -69,9 +70,10 @@ TEST(ScoreTables, Scores) {
     EXPECT_EQ(written(write_scores, two_metrics()),
               "metric,majorities,majorities_low,majorities_high,votes,votes_low,votes_high,slope,"
               "slope_low,slope_high,log_likelihood_per_vote,log_likelihood_per_vote_low,"
-              "log_likelihood_per_vote_high,log_likelihood,ties,undecided,zero_distances,selected\n"
-              "\"a,b\",0.75,0.5,1,0.625,0.25,0.75,inf,1.5,2,-0.5,-1,-0.25,-100,1,2,3,1\n"
-              "=c,,,,0.5,,,0,,,-0.7,,,-7,0,0,0,0\n");
+              "log_likelihood_per_vote_high,log_likelihood,ties,undecided,zero_distances,selected,"
+              "fitted\n"
+              "\"a,b\",0.75,0.5,1,0.625,0.25,0.75,inf,1.5,2,-0.5,-1,-0.25,-100,1,2,3,1,0\n"
+              "=c,,,,0.5,,,0,,,-0.7,,,-7,0,0,0,0,1\n");
 }
 
 TEST(ScoreTables, Pairs) {

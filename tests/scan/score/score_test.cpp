@@ -110,8 +110,9 @@ TEST(Score, OpposedMetricsHaveTheLikelihoodOfWhatTheySay) {
     for (std::size_t m = 0; m < 3; ++m) {
         const auto& metric = s.metrics[m];
         EXPECT_EQ(metric.slope.value, before.metrics[m].slope.value);
-        EXPECT_EQ(metric.opposed(), metric.slope.value < 0);
-        if (metric.opposed()) {
+        EXPECT_EQ(metric.is_chance(), metric.slope.value < 0);
+        EXPECT_EQ(metric.is_opposed(), metric.slope.interval.high < 0);
+        if (metric.is_chance()) {
             ++opposed;
             EXPECT_EQ(metric.log_likelihood.value, std::log(0.5));
             EXPECT_TRUE(std::isnan(metric.log_likelihood.interval.low));
@@ -135,7 +136,8 @@ TEST(Score, IntervalsAreThoseOfAPlainProgram) {
     EXPECT_EQ(s.clusters.references, 12);
     EXPECT_EQ(s.clusters.without_reference, 0);
     EXPECT_EQ(s.clusters.alternatives, 12);
-    EXPECT_DOUBLE_EQ(s.clusters.effective, 12);
+    // By votes, which are not as many for each material; majorities have 12.
+    EXPECT_DOUBLE_EQ(s.clusters.effective, 11.931558796496375);
     EXPECT_EQ(s.clusters.too_few, "");
     const auto expect = [](const Estimate& estimate, double value, double half) {
         EXPECT_NEAR(estimate.value, value, 1e-12);
@@ -145,15 +147,15 @@ TEST(Score, IntervalsAreThoseOfAPlainProgram) {
     expect(s.metrics[0].majorities, 0.5255681818181818, 0.07723701067518879);
     expect(s.metrics[1].majorities, 0.5, 0.04464910513567487);
     expect(s.metrics[2].majorities, 0.49242424242424243, 0.060482780833950874);
-    expect(s.metrics[0].votes, 0.5063973063973064, 0.0220225666391598);
-    expect(s.metrics[2].votes, 0.49646464646464644, 0.02216166744194843);
-    expect(s.metrics[0].slope, 0.005619917689825992, 0.0495820777706826);
-    expect(s.metrics[1].slope, -0.025772990994014797, 0.05515523040089454);
-    expect(s.metrics[2].slope, -0.013663595704278057, 0.09105751014458466);
-    expect(s.metrics[0].log_likelihood, -0.6931411210505379, 0.00010632287264518886);
-    expect(s.metrics[2].log_likelihood, -0.6931125863238563, 0.0004536860039180444);
-    expect(s.ceiling, 0.6555555555555556, 0.02253856120779904);
-    expect(s.ceiling_log_likelihood, -0.5990290841661028, 0.03138044463837793);
+    expect(s.metrics[0].votes, 0.5063973063973064, 0.02204514929604);
+    expect(s.metrics[2].votes, 0.49646464646464644, 0.022184392737320896);
+    expect(s.metrics[0].slope, 0.005619917689825992, 0.049632920847606794);
+    expect(s.metrics[1].slope, -0.025772990994014797, 0.05521178836998599);
+    expect(s.metrics[2].slope, -0.013663595704278057, 0.09115088348029315);
+    expect(s.metrics[0].log_likelihood, -0.6931411210505379, 0.00010643189958064126);
+    expect(s.metrics[2].log_likelihood, -0.6931125863238563, 0.0004541512283183472);
+    expect(s.ceiling, 0.6555555555555556, 0.02256167298231056);
+    expect(s.ceiling_log_likelihood, -0.5990290841661028, 0.03141262316804833);
     expect(s.pairs[0].difference, 0.025568181818181768, 0.08393425931379123);
     expect(s.pairs[1].difference, 0.03314393939393934, 0.07726111735904496);
     expect(s.pairs[2].difference, 0.007575757575757569, 0.06353986024285306);
@@ -272,8 +274,41 @@ TEST(Score, ConfigurationsWithoutAReference) {
     EXPECT_EQ(s.clusters.references, 0);
     EXPECT_EQ(s.clusters.without_reference, 6);
     EXPECT_EQ(s.clusters.materials, 12);
-    EXPECT_DOUBLE_EQ(s.clusters.effective, 6);
+    EXPECT_DOUBLE_EQ(s.clusters.effective, 19.0 * 19 / (1 + 16 + 16 + 16 + 9 + 9));
     EXPECT_FALSE(std::isnan(s.metrics[0].votes.interval.low));
+}
+
+// A configuration with nearly all votes decides every figure of votes, and nothing that is left of
+// them says how far off they are. Of majorities it is one of many.
+TEST(Score, NoIntervalRestsOnAFewConfigurations) {
+    auto judgements = made_up(12);
+    judgements.list[0].votes_left = 1'000'000;
+    const auto s = score_of(judgements, made_up_distances(12));
+    EXPECT_EQ(s.clusters.too_few, "effective number of references: 1.01; expected 4 or more");
+    for (const auto& metric : s.metrics) {
+        for (const auto& figure : {metric.votes, metric.slope, metric.log_likelihood}) {
+            EXPECT_EQ(figure.too_few, s.clusters.too_few);
+            EXPECT_TRUE(std::isnan(figure.interval.low));
+        }
+        EXPECT_FALSE(std::isnan(metric.majorities.interval.low));
+    }
+    EXPECT_EQ(s.ceiling.too_few, s.clusters.too_few);
+}
+
+// Enough references, but for all but one of them nearly nothing.
+TEST(Score, NoIntervalRestsOnOneReference) {
+    auto judgements = made_up(12);
+    std::vector<int> kept(12);
+    std::erase_if(judgements.list, [&](const Judgement& judgement) {
+        const auto reference = materials_of(judgement, 12).list[0];
+        return reference > 0 && (!judgement.untied() || ++kept[reference] > 1);
+    });
+    const auto s = score_of(judgements, made_up_distances(12));
+    EXPECT_EQ(s.clusters.references, 12);
+    EXPECT_NE(s.clusters.too_few.find("effective number of references: 1."), std::string::npos);
+    EXPECT_NE(s.metrics[0].majorities.too_few.find("effective number of references: 1."),
+              std::string::npos);
+    EXPECT_TRUE(std::isnan(s.pairs[0].p_holm));
 }
 
 TEST(Score, EqualVotesAreHalfAVoteForEachSide) {
