@@ -47,7 +47,10 @@ void try_metrics(std::span<const engine::Metric* const> metrics, engine::Engines
 ObtainedDistances compute(const DistanceOptions& options, const MetricNeeds& needs,
                           const pipeline::Control& control) {
     const auto texts = split_list(options.metrics.value_or(needs.from_database), "--metrics");
-    auto opened = open_for_distances(options, texts, needs, control);
+    auto metrics = pipeline::open_metrics(texts);
+    require_metrics(metrics.size(), needs);
+    auto opened = open_for_distances(options, std::move(metrics), control);
+    auto left_out = pipeline::leave_out_empty(opened.metrics, texts, opened.database->grid());
     ObtainedDistances result;
     result.opened = std::move(opened.metrics);
     result.database = std::move(opened.database);
@@ -58,7 +61,7 @@ ObtainedDistances compute(const DistanceOptions& options, const MetricNeeds& nee
         result.distances = pipeline::compute_pair_distances(
             *opened.engines, *result.database, result.metrics, options.memory, control);
     });
-    result.distances.provenance.left_out = std::move(opened.left_out);
+    result.distances.provenance.left_out = std::move(left_out);
     return result;
 }
 
@@ -140,13 +143,11 @@ std::vector<std::string> split_list(const std::string& list, const std::string& 
 }
 
 OpenedDatabase open_for_distances(const DistanceOptions& options,
-                                  std::span<const std::string> metrics, const MetricNeeds& needs,
+                                  std::vector<engine::Metric> metrics,
                                   const pipeline::Control& control) {
     OpenedDatabase result;
-    result.metrics = pipeline::open_metrics(metrics);
-    require_metrics(result.metrics.size(), needs);
+    result.metrics = std::move(metrics);
     result.database = open_database(options.database);  // which has no threads of its own
-    result.left_out = pipeline::leave_out_empty(result.metrics, metrics, result.database->grid());
     std::vector<const engine::Metric*> pointers;
     for (const auto& metric : result.metrics) {
         pointers.push_back(&metric);

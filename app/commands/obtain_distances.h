@@ -66,15 +66,13 @@ std::unique_ptr<tbb::global_control> limit_threads(unsigned threads);
 struct OpenedDatabase {
     std::unique_ptr<engine::Database> database;
     std::vector<engine::Metric> metrics;
-    std::vector<std::string> left_out;  // metrics of "all", and why, one line each
     std::unique_ptr<engine::Engines> engines;
 };
 
-/// Opens a database for metrics, as many as are needed; the device is tried, and every metric of
-/// the user's is compiled and tried on it, in processes of their own. Throws Error (usage, input,
-/// device) and Interrupted.
+/// Opens the database for metrics. The device is tried, and every metric of the user's is compiled
+/// and tried on it, in processes of their own. Throws Error (input, device) and Interrupted.
 OpenedDatabase open_for_distances(const DistanceOptions& options,
-                                  std::span<const std::string> metrics, const MetricNeeds& needs,
+                                  std::vector<engine::Metric> metrics,
                                   const pipeline::Control& control);
 
 /// Calls what computes distances; an error for want of memory then says which option bounds it.

@@ -32,8 +32,6 @@ namespace {
 
 using nlohmann::ordered_json;
 
-const MetricNeeds kOneMetric = {.from_database = "", .least = 1, .most = 1};
-
 struct Options {
     DistanceOptions computing;
     std::string metric;
@@ -287,6 +285,10 @@ void begin(const Options& options, Outcome& o, TerminalControl& terminal,
 
 int run(const Options& options) {
     Stopwatch watch;
+    const auto metric = engine::open_metric(options.metric);
+    const auto parameters =
+        pipeline::tune_parameters(metric, options.fit.empty() ? std::vector<std::string>()
+                                                              : split_list(options.fit, "--fit"));
     const auto threads = limit_threads(options.computing.threads);
     TerminalControl terminal(options.quiet);
     const auto control = terminal.control();
@@ -306,11 +308,8 @@ int run(const Options& options) {
         {options.judgements});
     o.judgements = obtain_judgements(options.judgements, options.computing, control);
     o.judgement_seconds = watch.lap();
-    o.opened = open_for_distances(with_judged_database(options.computing, o.judgements),
-                                  std::vector{options.metric}, kOneMetric, control);
-    const auto parameters = pipeline::tune_parameters(
-        o.metric(),
-        options.fit.empty() ? std::vector<std::string>() : split_list(options.fit, "--fit"));
+    o.opened = open_for_distances(with_judged_database(options.computing, o.judgements), {metric},
+                                  control);
     warn_of_what_was_seen(o);
     pipeline::TuneOptions search = {
         .evaluations = options.evaluations,

@@ -3,7 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <random>
 #include <set>
+#include <string>
 #include <vector>
 
 #include "tests/scan/tune/made_up_judges.h"
@@ -30,10 +32,14 @@ Judgements without_reference(std::uint32_t materials) {
     for (std::uint32_t m = 0; m < materials; ++m) {
         file.names.push_back(std::to_string(1000 + m));
     }
-    for (std::uint32_t m = 0; m + 3 < materials; ++m) {
-        for (std::uint32_t n = m + 3; n < materials; ++n) {
-            file.rows.push_back({m, m + 1, m + 2, n, 2, 0, 1});
+    std::mt19937_64 random(1);
+    while (file.rows.size() < 3000) {
+        std::set<std::uint32_t> drawn;
+        while (drawn.size() < 4) {
+            drawn.insert(static_cast<std::uint32_t>(random() % materials));
         }
+        const std::vector<std::uint32_t> four(drawn.begin(), drawn.end());
+        file.rows.push_back({four[0], four[3], four[1], four[2], 2, 0, 1});
     }
     return resolve_judgements(file, file.names);
 }
