@@ -10,6 +10,7 @@
 #include <string>
 #include <string_view>
 #include <system_error>
+#include <vector>
 
 #include "app/cli/exit_status.h"
 #include "app/cli/guard.h"
@@ -20,6 +21,7 @@
 #include "app/pipeline/version.h"
 #include "engine/base/error.h"
 #include "engine/base/text.h"
+#include "engine/database/bad_files.h"
 #include "engine/device/context.h"
 
 namespace {
@@ -53,6 +55,15 @@ int complain(const char* kind, std::string_view message, int status) noexcept {
                  is_long ? merl::printable(message.substr(message.size() - kPart)).c_str() : "",
                  results_are_in_place() ? "; the results are complete and in place" : "");
     return status;
+}
+
+/// A line for each of several files that cannot be used.
+int complain_of_files(const std::vector<std::string>& lines) noexcept {
+    for (std::size_t i = 1; i < lines.size(); ++i) {
+        complain("", lines[i], kInput);
+    }
+    // Last, where people look first.
+    return complain("", lines.front() + "; --skip-bad leaves them out", kInput);
 }
 
 /// Whether the system has no more to give, which is no fault of the program.
@@ -142,6 +153,8 @@ int main(int argc, char** argv) {
         return complain("", with_advice(error), kDevice);
     } catch (const merl::device::DeviceLostError& error) {
         return complain("", with_advice(error), kDevice);
+    } catch (const merl::engine::BadFilesError& error) {
+        return complain_of_files(error.lines());
     } catch (const merl::Error& error) {
         return complain("", error.what(), status_of(error.fault()));
     } catch (const Interrupted& interrupt) {

@@ -10,7 +10,6 @@
 #include <string_view>
 
 #include "engine/base/number.h"
-#include "engine/database/open_database.h"
 
 namespace merl::app {
 namespace {
@@ -103,13 +102,6 @@ void add_force_option(CLI::App& command, bool& force, const char* what) {
 
 void add_quiet_option(CLI::App& command, bool& quiet, const char* what) {
     command.add_flag("--quiet", quiet, what);
-}
-
-CLI::Option* add_database_option(CLI::App& command, std::string& database,
-                                 const std::string& more) {
-    return command
-        .add_option("--database", database, fmt::format("{} {}", engine::database_help(), more))
-        ->transform(not_empty());
 }
 
 void add_bootstrap_options(CLI::App& command, scan::BootstrapOptions& options) {

@@ -39,10 +39,6 @@ void add_force_option(CLI::App& command, bool& force,
 void add_quiet_option(CLI::App& command, bool& quiet,
                       const char* what = "No progress and no summary");
 
-/// Adds --database; `more` is what else its description says.
-CLI::Option* add_database_option(CLI::App& command, std::string& database,
-                                 const std::string& more = "(default: built-in)");
-
 /// Adds --replicates and --seed.
 void add_bootstrap_options(CLI::App& command, scan::BootstrapOptions& options);
 

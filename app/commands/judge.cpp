@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "app/cli/control.h"
+#include "app/cli/database_options.h"
 #include "app/cli/exit_status.h"
 #include "app/cli/options.h"
 #include "app/cli/progress.h"
@@ -44,7 +45,7 @@ struct Options {
     std::string selection;
     std::string pairs;
     std::string out = "merl-scan-kit";
-    std::string database;
+    DatabaseOptions database;
     scan::KitPlan plan;
     bool keep_sides = false;
     bool keep_pairs = false;
@@ -281,7 +282,7 @@ void add_judge(CLI::App& program, Command& chosen) {
         ->add_option("--pairs", options->pairs,
                      "The pairs.csv of the same scan (default: the one beside the selection)")
         ->transform(not_empty());
-    add_database_option(
+    add_database_options(
         *command, options->database,
         "where what was scanned is (default: what summary.json beside the selection "
         "says)");

@@ -12,7 +12,6 @@
 #include "app/cli/tried_device.h"
 #include "app/pipeline/metrics.h"
 #include "engine/base/error.h"
-#include "engine/database/open_database.h"
 #include "engine/device/buffer.h"
 
 namespace merl::app {
@@ -83,7 +82,7 @@ ObtainedDistances compute(const DistanceOptions& options, const MetricNeeds& nee
     const auto texts = split_list(options.metrics.value_or(needs.from_database), "--metrics");
     result.opened = pipeline::open_metrics(texts);
     require_metrics(result.opened.size(), needs);
-    result.database = engine::open_database(options.database);  // which has no threads of its own
+    result.database = open_database(options.database);  // which has no threads of its own
     auto left_out = pipeline::leave_out_empty(result.opened, texts, result.database->grid());
     for (const auto& metric : result.opened) {
         result.metrics.push_back(&metric);
@@ -121,7 +120,7 @@ ObtainedDistances read(const DistanceOptions& options, const MetricNeeds& needs,
 
 CLI::Option* add_distance_options(CLI::App& command, DistanceOptions& options,
                                   const MetricNeeds& needs) {
-    auto* database = add_database_option(command, options.database);
+    auto computed_only = add_database_options(command, options.database);
     auto* distances =
         command
             .add_option(
@@ -146,7 +145,8 @@ CLI::Option* add_distance_options(CLI::App& command, DistanceOptions& options,
             ->default_str("1G");
     command.add_option("--threads", options.threads, "Processor threads (default: all)")
         ->transform(whole_number(1, 4096));
-    for (auto* other : {database, device, memory}) {
+    computed_only.insert(computed_only.end(), {device, memory});
+    for (auto* other : computed_only) {
         distances->excludes(other);
     }
     return distances;

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "app/cli/control.h"
+#include "app/cli/database_options.h"
 #include "app/pipeline/pair_distances.h"
 #include "engine/database/database.h"
 #include "engine/metric/metric.h"
@@ -27,7 +28,7 @@ inline constexpr const char* kMetricsHelp =
 /// The options of every command that needs distances: where from, under which metrics, computed
 /// with what.
 struct DistanceOptions {
-    std::string database;                // as open_database() takes it
+    DatabaseOptions database;
     std::string distances;               // a table to read instead
     std::optional<std::string> metrics;  // separated by commas, or "all"
     std::string device;
@@ -42,7 +43,8 @@ struct MetricNeeds {
     std::size_t most = 1000;
 };
 
-/// Adds --database, --distances, --metrics, --device, --memory and --threads to a command. Returns
+/// Adds --database and its like, --distances, --metrics, --device, --memory and --threads to a
+/// command. Returns
 /// --distances.
 CLI::Option* add_distance_options(CLI::App& command, DistanceOptions& options,
                                   const MetricNeeds& needs);

@@ -13,6 +13,7 @@
 
 #include "app/cli/choose_materials.h"
 #include "app/cli/control.h"
+#include "app/cli/database_options.h"
 #include "app/cli/exit_status.h"
 #include "app/cli/options.h"
 #include "app/cli/sphere_options.h"
@@ -30,7 +31,6 @@
 #include "engine/base/hash.h"
 #include "engine/base/stopwatch.h"
 #include "engine/base/text.h"
-#include "engine/database/open_database.h"
 #include "scan/io/csv.h"
 #include "scan/io/input.h"
 #include "scan/select/selection_file.h"
@@ -44,7 +44,7 @@ constexpr const char* kPage = "contact-sheet.html";
 
 struct Options {
     std::string out = "merl-scan-spheres";
-    std::string database;
+    DatabaseOptions database;
     std::string selection;
     std::vector<std::string> materials;
     SphereImageOptions image;
@@ -186,7 +186,7 @@ class Source {
   public:
     explicit Source(const Options& options) : wanted_(options.materials) {
         if (options.selection.empty()) {
-            any_ = engine::open_database(options.database);
+            any_ = open_database_and_warn(options.database);
             return;
         }
         const std::string text = scan::read_input(options.selection);
@@ -310,8 +310,8 @@ void add_render(CLI::App& program, Command& chosen) {
                      "both are written")
         ->transform(not_empty())
         ->capture_default_str();
-    add_database_option(*command, options->database,
-                        "(default: built-in; with --selection the one that was scanned)");
+    add_database_options(*command, options->database,
+                         "(default: built-in; with --selection the one that was scanned)");
     add_selection_option(*command, options->selection,
                          "of a scan: its materials, as they were scanned");
     command->add_option("--material", options->materials,

@@ -296,7 +296,7 @@ void read_judgements(const Options& options, Outcome& o, const pipeline::Control
 
 /// Whether the options say which materials are scored.
 bool names_materials(const DistanceOptions& options) {
-    return !options.database.empty() || !options.distances.empty();
+    return !options.database.database.empty() || !options.distances.empty();
 }
 
 /// Where distances come from: what the options say, otherwise the database whose spheres were
@@ -310,7 +310,7 @@ DistanceOptions distance_options(const Options& options, const Outcome& o) {
                 "or with --database the database to score",
                 o.scanned->summary));
         }
-        distances.database = database_option(*o.scanned);
+        distances.database = recorded_options(*o.scanned, options.distances.database);
     }
     return distances;
 }
@@ -340,7 +340,7 @@ void compare_with_scan(const Options& options, Outcome& o) {
         o.provenance().database->content_hash == o.scanned->content_hash) {
         return;
     }
-    if (options.distances.database.empty()) {
+    if (options.distances.database.database.empty()) {
         throw InputError(fmt::format(
             "{}: the content is not what was scanned and judged, as {} says; --database "
             "names a database to score all the same",

@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "app/cli/choose_materials.h"
+#include "app/cli/database_options.h"
 #include "app/cli/exit_status.h"
 #include "app/cli/options.h"
 #include "app/cli/progress.h"
@@ -18,7 +19,6 @@
 #include "engine/base/error.h"
 #include "engine/base/text.h"
 #include "engine/database/domain.h"
-#include "engine/database/open_database.h"
 
 namespace merl::app {
 namespace {
@@ -32,7 +32,7 @@ constexpr std::uint32_t kMargin = 12;  // around the panels of figure 4.4
 
 struct Options {
     std::string out;
-    std::string database;
+    DatabaseOptions database;
     std::vector<std::string> materials;
     bool force = false;
     bool quiet = false;
@@ -113,8 +113,9 @@ using Layer = std::vector<std::array<double, 3>>;
 Layer middle_layer(const engine::Database& database, std::size_t material, std::uint32_t t) {
     // 90 degrees is the middle of the range: on a voxel when their number is odd, else between two.
     const auto& grid = database.grid();
-    const std::uint64_t before = (grid.phi_d - 1) / 2;
-    const std::uint64_t after = grid.phi_d / 2;
+    const auto below_pi = grid.over_pi().phi_d;
+    const std::uint64_t before = (below_pi - 1) / 2;
+    const std::uint64_t after = below_pi / 2;
     constexpr std::uint64_t kVoxelsAtATime = 65536;  // that are read, or one row
     const std::uint64_t rows_at_a_time = std::max<std::uint64_t>(1, kVoxelsAtATime / grid.phi_d);
     Layer layer(grid.theta_d);
@@ -172,7 +173,7 @@ pipeline::Image material_slice(const engine::Database& database, std::size_t mat
 }
 
 int run(const Options& options) {
-    const auto database = engine::open_database(options.database);
+    const auto database = open_database_and_warn(options.database);
     const auto& names = database->materials();
     const auto materials = find_materials(*database, options.materials);
     const auto file_name = [&](std::size_t material) { return "material-" + names[material]; };
@@ -228,7 +229,7 @@ void add_slices(CLI::App& program, Command& chosen) {
     command->add_option("--out", options->out, "The directory to make")
         ->transform(not_empty())
         ->required();
-    add_database_option(*command, options->database);
+    add_database_options(*command, options->database);
     command->add_option("--materials", options->materials,
                         "Materials to draw a slice of: names with commas between them, or the "
                         "option more than once");

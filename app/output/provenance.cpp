@@ -14,6 +14,7 @@ using nlohmann::ordered_json;
 
 ordered_json database_json(const pipeline::DatabaseProvenance& database) {
     ordered_json hashes = ordered_json::object();
+    ordered_json skipped = ordered_json::object();
     ordered_json negative = ordered_json::object();
     ordered_json negative_above = ordered_json::object();
     for (const auto& material : database.materials) {
@@ -22,6 +23,9 @@ ordered_json database_json(const pipeline::DatabaseProvenance& database) {
         negative_above[name] = material.negative_above_horizon;
         hashes[name] = material.content_hash;
     }
+    for (const auto& material : database.skipped) {
+        skipped[as_utf8(material.material)] = as_utf8(material.reason);
+    }
     const auto& grid = database.grid;
     return {
         {"database",
@@ -29,7 +33,12 @@ ordered_json database_json(const pipeline::DatabaseProvenance& database) {
           {"kind", database.kind},
           {"path", database.path.empty() ? ordered_json() : ordered_json(as_utf8(database.path))},
           {"content_hash", database.content_hash},
-          {"grid", {{"theta_h", grid.theta_h}, {"theta_d", grid.theta_d}, {"phi_d", grid.phi_d}}},
+          {"grid",
+           {{"theta_h", grid.theta_h},
+            {"theta_d", grid.theta_d},
+            {"phi_d", grid.phi_d},
+            {"phi_d_range", engine::range_name(grid.phi_d_range)}}},
+          {"skipped", skipped},
           {"material_hashes", hashes}}},
         {"samples_per_material", grid.voxels()},
         {"samples_above_horizon", database.voxels},
@@ -124,6 +133,9 @@ Lines source_lines(const pipeline::PairDistances& distances) {
         Lines lines = {{"database", fmt::format("{}, {}", database->name, database->kind)},
                        {"materials", fmt::format("{}, of {} samples each", materials,
                                                  fmt::group_digits(database->grid.voxels()))}};
+        if (!database->skipped.empty()) {
+            lines.emplace_back("skipped", counted(database->skipped.size(), "bad file"));
+        }
         for (const auto& metric : distances.provenance.left_out) {
             lines.emplace_back("left out", metric);
         }

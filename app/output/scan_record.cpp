@@ -8,7 +8,9 @@
 #include "engine/base/error.h"
 #include "engine/base/text.h"
 #include "engine/database/abc_database.h"
+#include "engine/database/bad_files.h"
 #include "engine/database/content_hash.h"
+#include "engine/database/merl_file.h"
 #include "engine/database/open_database.h"
 #include "scan/io/input.h"
 #include "scan/io/json_format.h"
@@ -53,6 +55,28 @@ std::vector<std::string> judged_metrics(const ordered_json& json) {
     return metrics;
 }
 
+/// Where phi_d ends in a recorded database, if that is not what the sizes of its grid say.
+std::optional<engine::PhiDRange> unusual_range(const ordered_json& database) {
+    using engine::PhiDRange;
+    const auto grid = database.value("grid", ordered_json());
+    const auto size_of = [&](const char* key) {
+        const auto size = grid.is_object() ? grid.find(key) : grid.end();
+        return grid.is_object() && size != grid.end() && size->is_number_unsigned()
+                   ? size->get<std::uint32_t>()
+                   : 0;
+    };
+    const auto text = grid.is_object() ? text_of(grid, "phi_d_range") : "";
+    for (const auto range : {PhiDRange::pi, PhiDRange::two_pi}) {
+        const bool is_usual = (range == PhiDRange::two_pi) ==
+                              engine::is_over_all_of_phi_d(
+                                  {.theta_d = size_of("theta_d"), .phi_d = size_of("phi_d")});
+        if (text == engine::range_name(range) && !is_usual) {
+            return range;
+        }
+    }
+    return std::nullopt;
+}
+
 ScanRecord record_of(const ordered_json& json, const std::string& summary) {
     ScanRecord record;
     record.summary = summary;
@@ -68,6 +92,10 @@ ScanRecord record_of(const ordered_json& json, const std::string& summary) {
         record.kind = text_of(database, "kind");
         record.content_hash = text_of(database, "content_hash");
         record.material_hashes = texts_of(database, "material_hashes");
+        record.phi_d_range = unusual_range(database);
+        for (const auto& [material, reason] : texts_of(database, "skipped")) {
+            record.skipped.push_back({material, from_utf8(reason)});
+        }
         if (record.kind != engine::built_in_kind) {
             // Older summaries have the path as it was given, which is the name.
             record.path = from_utf8(text_of(database, database.contains("path") ? "path" : "name"));
@@ -123,6 +151,9 @@ FoundRecord find_scan_record(const std::string& file, const std::string& name,
     return {std::move(record), ""};
 }
 
+namespace {
+
+/// What --database would be for the database of a record.
 std::string database_option(const ScanRecord& record) {
     if (!record.has_database()) {
         throw InputError(
@@ -153,16 +184,27 @@ std::string database_option(const ScanRecord& record) {
     return std::filesystem::absolute(name).lexically_normal() == record.path ? name : record.path;
 }
 
+}  // namespace
+
+DatabaseOptions recorded_options(const ScanRecord& record, const DatabaseOptions& options) {
+    return {.database = database_option(record),
+            .opening = {.phi_d_range = record.phi_d_range,
+                        .skip_bad = options.opening.skip_bad,
+                        .skipped = record.skipped}};
+}
+
 ScannedDatabase::ScannedDatabase(const FoundRecord& found, const std::string& selection,
-                                 const std::string& option, bool quiet)
+                                 const DatabaseOptions& options, bool quiet)
     : record_(found.record) {
-    if (!record_ && option.empty()) {
+    const bool is_named = !options.database.empty();
+    if (!record_ && !is_named) {
         throw InputError(
             fmt::format("{}, so nothing says which database {} is of; --database names it: a "
                         "directory, or {}",
                         found.why_not, selection, engine::kBuiltIn));
     }
-    database_ = engine::open_database(option.empty() ? database_option(*record_) : option);
+    database_ = open_database(is_named ? options : recorded_options(*record_, options));
+    warnings_ = engine::skipped_lines(*database_);
     if (!record_) {
         warnings_.push_back(fmt::format("{}: whether {} is what was scanned was not checked",
                                         found.why_not, database_->name()));

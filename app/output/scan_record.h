@@ -8,6 +8,7 @@
 #include <string_view>
 #include <vector>
 
+#include "app/cli/database_options.h"
 #include "engine/base/error.h"
 #include "engine/database/database.h"
 #include "scan/select/selection_file.h"
@@ -24,6 +25,8 @@ struct ScanRecord {
     nlohmann::ordered_json source = nlohmann::ordered_json::object();  // `database`, or `distances`
     std::string kind;  // of the database; empty where distances were read from a table
     std::string path;  // of the directory; empty for the built-in database
+    std::optional<engine::PhiDRange> phi_d_range;  // if it is not what its sizes say
+    std::vector<engine::BadMaterial> skipped;      // what was left out of the scan
     std::string content_hash;
     std::map<std::string, std::string> material_hashes;  // by name; older summaries have none
     std::map<std::string, std::string> files;  // hashes of the other results; older have none
@@ -46,19 +49,20 @@ struct FoundRecord {
 FoundRecord find_scan_record(const std::string& file, const std::string& name,
                              const std::string& hash, const scan::SelectionFile* selection);
 
-/// What --database would be for the database of a record. Throws InputError when it is not
-/// there any more, or there was none.
-std::string database_option(const ScanRecord& record);
+/// The options that open the database of a record again, with the same materials; of `options` only
+/// whether more bad ones are skipped. Throws InputError when it is not there any more, or there was
+/// none.
+DatabaseOptions recorded_options(const ScanRecord& record, const DatabaseOptions& options);
 
 /// A database for the materials of a selection, and whether it is what was scanned.
 class ScannedDatabase {
   public:
-    /// Opens what `option`, the value of --database, names, or without one the database of the
-    /// record. Where an older record has no hashes of materials, the whole is read and compared.
-    /// Throws InputError when there is neither, or the content is another, and what opening a
-    /// database throws; Interrupted. Shows progress unless `quiet`.
+    /// Opens what the options name, or without --database the database of the record. Where an
+    /// older record has no hashes of materials, the whole is read and compared. Throws InputError
+    /// when there is neither, or the content is another, and what opening a database throws;
+    /// Interrupted. Shows progress unless `quiet`.
     ScannedDatabase(const FoundRecord& found, const std::string& selection,
-                    const std::string& option, bool quiet);
+                    const DatabaseOptions& options, bool quiet);
 
     const engine::Database& database() const { return *database_; }
 

@@ -2,10 +2,14 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <iterator>
+
 #include "app/pipeline/version.h"
 #include "engine/base/error.h"
 #include "engine/base/hash.h"
 #include "engine/base/stopwatch.h"
+#include "engine/database/bad_files.h"
 #include "scan/io/input.h"
 
 namespace merl::pipeline {
@@ -19,7 +23,8 @@ DatabaseProvenance provenance_of(const engine::Database& database,
                                  .content_hash = computed.content_hash,
                                  .grid = database.grid(),
                                  .voxels = computed.voxels,
-                                 .materials = {}};
+                                 .materials = {},
+                                 .skipped = database.skipped()};
     for (std::size_t m = 0; m < database.materials().size(); ++m) {
         result.materials.push_back({database.materials()[m], computed.material_hashes[m],
                                     computed.counts[m].negative,
@@ -78,7 +83,8 @@ PairDistances compute_pair_distances(engine::Engines& engines, const engine::Dat
     }
     provenance.slabs = computed.slabs;
     provenance.seconds = computed.seconds;
-    provenance.warnings = std::move(computed.warnings);
+    provenance.warnings = engine::skipped_lines(database);
+    std::ranges::move(computed.warnings, std::back_inserter(provenance.warnings));
     return result;
 }
 

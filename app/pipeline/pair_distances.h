@@ -33,6 +33,7 @@ struct DatabaseProvenance {
     engine::Grid grid;
     std::uint64_t voxels = 0;  // above the horizon
     std::vector<MaterialProvenance> materials;
+    std::vector<engine::BadMaterial> skipped;  // what was left out because it cannot be used
 };
 
 struct TableProvenance {

@@ -8,6 +8,7 @@
 #include <tuple>
 
 #include "engine/base/error.h"
+#include "engine/database/other_formats.h"
 
 namespace merl::engine {
 
@@ -36,7 +37,7 @@ std::vector<MaterialFile> list_material_files(const std::filesystem::path& direc
             error.code().message(),
             std::filesystem::is_regular_file(directory, none) && has_extension(directory, extension)
                 ? "; a database is the directory that the file is in"
-                : ""));
+                : known_as(directory)));
     }
     std::ranges::sort(files, [](const MaterialFile& a, const MaterialFile& b) {
         return std::tie(a.material, a.path) < std::tie(b.material, b.path);
@@ -53,9 +54,10 @@ std::vector<MaterialFile> list_database_files(const std::filesystem::path& direc
                                               std::string_view extension) {
     auto files = list_material_files(directory, extension);
     if (files.size() < 2) {
-        throw InputError(fmt::format("{}: found {} {} file{}; a scan needs at least two materials",
-                                     directory.string(), files.size(), extension,
-                                     files.size() == 1 ? "" : "s"));
+        throw InputError(
+            fmt::format("{}: found {} {} file{}; a scan needs at least two materials{}",
+                        directory.string(), files.size(), extension, files.size() == 1 ? "" : "s",
+                        files.empty() ? directory_known_as(directory) : ""));
     }
     return files;
 }

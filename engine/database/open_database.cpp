@@ -10,6 +10,7 @@
 #include "engine/base/error.h"
 #include "engine/database/abc_database.h"
 #include "engine/database/merl_directory.h"
+#include "engine/database/other_formats.h"
 #include "engine/database/rgl_database.h"
 #include "engine/database/subset_database.h"
 
@@ -21,9 +22,10 @@ struct Kind {
     const char* help;  // what --help says that one may name
     /// Whether a name means one of this kind.
     bool (*recognises)(const std::string& name);
-    std::unique_ptr<Database> (*open)(const std::string& name);
+    std::unique_ptr<Database> (*open)(const std::string& name, const OpenOptions& options);
     /// Its materials one by one, where some may be broken; null: it is whole or cannot be opened.
-    std::vector<MaterialSource> (*list)(const std::string& name) = nullptr;
+    std::vector<MaterialSource> (*list)(const std::string& name,
+                                        const OpenOptions& options) = nullptr;
 };
 
 std::vector<MaterialSource> sources_of(
@@ -41,17 +43,25 @@ std::vector<MaterialSource> sources_of(
 const std::array kKinds = {
     Kind{"built-in (the stand-in database)",
          [](const std::string& name) { return name.empty() || name == kBuiltIn; },
-         [](const std::string&) { return make_abc_database(); }},
+         [](const std::string&, const OpenOptions&) { return make_abc_database(); }},
     Kind{"a directory of RGL .bsdf files (isotropic, RGB)",
          [](const std::string& name) { return is_rgl(name); },
-         [](const std::string& name) { return open_rgl_directory(name); },
-         [](const std::string& name) {
+         [](const std::string& name, const OpenOptions& options) {
+             return open_rgl_directory(name, {}, options);
+         },
+         [](const std::string& name, const OpenOptions&) {
              return sources_of(list_rgl_files(name),
                                [](const auto& path) { return open_rgl_file(path); });
          }},
     Kind{"a directory of MERL .binary files", [](const std::string&) { return true; },
-         [](const std::string& name) { return open_merl_directory(name); },
-         [](const std::string& name) { return sources_of(list_merl_files(name), open_merl_file); }},
+         [](const std::string& name, const OpenOptions& options) {
+             return open_merl_directory(name, options);
+         },
+         [](const std::string& name, const OpenOptions& options) {
+             const OpenOptions range = {.phi_d_range = options.phi_d_range};
+             return sources_of(list_merl_files(name),
+                               [range](const auto& path) { return open_merl_file(path, range); });
+         }},
 };
 
 const Kind& kind_of(const std::string& name) {
@@ -65,18 +75,23 @@ const Kind& kind_of(const std::string& name) {
 
 }  // namespace
 
-std::unique_ptr<Database> open_database(const std::string& name) {
-    auto database = kind_of(name).open(name);
+std::unique_ptr<Database> open_database(const std::string& name, const OpenOptions& options) {
+    auto database = kind_of(name).open(name, options);
     require_usable(*database);
     return database;
 }
 
-DatabaseListing list_database(const std::string& name) {
+DatabaseListing list_database(const std::string& name, const OpenOptions& options) {
     const auto& kind = kind_of(name);
     if (kind.list != nullptr) {
-        return {name, kind.list(name)};
+        auto materials = kind.list(name, options);
+        if (materials.empty()) {
+            throw InputError(fmt::format("{}: has no materials; expected {}{}", name,
+                                         database_help(), directory_known_as(name)));
+        }
+        return {name, std::move(materials)};
     }
-    const std::shared_ptr<const Database> whole = kind.open(name);
+    const std::shared_ptr<const Database> whole = kind.open(name, options);
     std::vector<MaterialSource> sources;
     for (std::size_t m = 0; m < whole->materials().size(); ++m) {
         sources.push_back({whole->materials()[m], [whole, m] { return make_subset(whole, {m}); }});

@@ -17,8 +17,8 @@ namespace merl::engine {
 inline constexpr const char* kBuiltIn = "built-in";
 
 /// The database that `name` means: a path, kBuiltIn, or for the built-in one also nothing. Throws
-/// InputError when it cannot be used as a whole.
-std::unique_ptr<Database> open_database(const std::string& name);
+/// InputError when it cannot be used as a whole, or what is left with `options`.
+std::unique_ptr<Database> open_database(const std::string& name, const OpenOptions& options = {});
 
 /// A material of a database that may be broken in part, and what opens it alone, as a database of
 /// one. That throws InputError when it is broken.
@@ -33,9 +33,9 @@ struct DatabaseListing {
     std::vector<MaterialSource> materials;
 };
 
-/// All materials of a database, also those that cannot be used. Throws InputError when there is
-/// nothing that could be one.
-DatabaseListing list_database(const std::string& name);
+/// All materials of a database, also those that cannot be used; of `options` where phi_d ends.
+/// Throws InputError when there is nothing that could be one.
+DatabaseListing list_database(const std::string& name, const OpenOptions& options = {});
 
 /// What open_database() takes, for people: "built-in, or a directory of ...".
 std::string database_help();

@@ -16,9 +16,10 @@ bool is_rgl(const std::filesystem::path& path);
 /// A directory of isotropic RGL `.bsdf` files in RGB, evaluated at the voxel centres of any grid
 /// as docs/file-formats.md says. Nothing is ever "not measured", and below the horizon it is zero.
 /// Files are read whole here, and not again. Throws InputError unless there are at least two, all
-/// of them whole.
+/// of them whole; of several bad ones BadFilesError. To skip bad ones everything is evaluated once.
 std::unique_ptr<Database> open_rgl_directory(const std::filesystem::path& directory,
-                                             const Grid& grid = {});
+                                             const Grid& grid = {},
+                                             const OpenOptions& options = {});
 
 /// The files of a directory, or the one file, that `path` is. Throws InputError when the directory
 /// cannot be read.

@@ -1,0 +1,157 @@
+#include "engine/database/bad_files.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <tbb/global_control.h>
+
+#include <algorithm>
+#include <atomic>
+#include <span>
+#include <thread>
+#include <utility>
+
+namespace merl::engine {
+namespace {
+
+std::vector<std::string> lines_of(const std::string& database, std::size_t files,
+                                  const std::vector<BadMaterial>& bad) {
+    auto lines = reasons(bad);
+    lines.insert(lines.begin(),
+                 fmt::format("{}: {} of {} files cannot be used", database, bad.size(), files));
+    return lines;
+}
+
+}  // namespace
+
+BadFilesError::BadFilesError(const std::string& database, std::size_t files,
+                             const std::vector<BadMaterial>& bad)
+    : BadFilesError(lines_of(database, files, bad)) {}
+
+BadFilesError::BadFilesError(std::vector<std::string> lines)
+    : InputError(
+          fmt::format("{}: {}", lines.front(), fmt::join(std::span(lines).subspan(1), "; "))),
+      lines_(std::move(lines)) {}
+
+std::vector<std::string> reasons(const std::vector<BadMaterial>& bad) {
+    constexpr std::size_t kMost = 20;
+    std::vector<std::string> lines;
+    for (const auto& material : bad) {
+        if (lines.size() == kMost) {
+            lines.push_back(fmt::format("and {} more", bad.size() - kMost));
+            break;
+        }
+        lines.push_back(material.reason);
+    }
+    return lines;
+}
+
+std::vector<std::string> faults_of(std::size_t count, const std::function<void(std::size_t)>& use) {
+    std::vector<std::string> faults(count);
+    std::atomic<std::size_t> next = 0;
+    std::mutex other_mutex;
+    std::exception_ptr other;
+    const auto work = [&] {
+        for (std::size_t i = next++; i < count; i = next++) {
+            try {
+                use(i);
+            } catch (const InputError& error) {
+                faults[i] = error.what();
+            } catch (...) {
+                const std::scoped_lock lock(other_mutex);
+                other = std::current_exception();
+                next = count;
+            }
+        }
+    };
+    {
+        // Not TBB's: its threads would stay, and what opens a database may copy its process later.
+        const auto most =
+            tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism);
+        std::vector<std::jthread> threads;
+        for (std::size_t i = 1; i < std::min(count, most); ++i) {
+            threads.emplace_back(work);
+        }
+        work();
+    }
+    if (other) {
+        std::rethrow_exception(other);
+    }
+    return faults;
+}
+
+std::vector<MaterialFile> leave_out(std::vector<MaterialFile> files,
+                                    const std::vector<BadMaterial>& materials) {
+    std::erase_if(files, [&](const MaterialFile& file) {
+        return std::ranges::find(materials, file.material, &BadMaterial::material) !=
+               materials.end();
+    });
+    return files;
+}
+
+std::vector<BadMaterial> skip_bad(const std::string& database, std::vector<MaterialFile>& files,
+                                  const std::vector<std::string>& faults,
+                                  const OpenOptions& options) {
+    std::vector<BadMaterial> bad;
+    std::vector<MaterialFile> good;
+    for (std::size_t i = 0; i < files.size(); ++i) {
+        if (faults[i].empty()) {
+            good.push_back(files[i]);
+        } else {
+            bad.push_back({files[i].material, faults[i]});
+        }
+    }
+    if (!options.skip_bad && bad.size() == 1) {
+        throw InputError(bad.front().reason);
+    }
+    if (!options.skip_bad && bad.size() > 1) {
+        throw BadFilesError(database, files.size(), bad);
+    }
+    files = std::move(good);
+    bad.insert(bad.end(), options.skipped.begin(), options.skipped.end());
+    std::ranges::sort(bad, {}, &BadMaterial::material);
+    return bad;
+}
+
+std::vector<std::string> skipped_lines(const Database& database) {
+    const auto& skipped = database.skipped();
+    std::vector<std::string> lines;
+    if (!skipped.empty()) {
+        lines.push_back(fmt::format("{}: {} of {} files cannot be used and are left out",
+                                    database.name(), skipped.size(),
+                                    skipped.size() + database.materials().size()));
+        for (const auto& reason : reasons(skipped)) {
+            lines.push_back("left out: " + reason);
+        }
+    }
+    return lines;
+}
+
+void require_two(const Database& database) {
+    const std::size_t left = database.materials().size();
+    if (left < 2) {
+        throw InputError(fmt::format(
+            "{}: {} of {} files can be used; expected at least two materials: {}", database.name(),
+            left, left + database.skipped().size(), fmt::join(reasons(database.skipped()), "; ")));
+    }
+}
+
+void BadSamples::fail(const Database& database, const InputError& first,
+                      const std::function<void(std::size_t)>& check) {
+    std::call_once(looked_, [&] {
+        error_ = std::make_exception_ptr(InputError(first.what()));
+        const auto& materials = database.materials();
+        const auto faults = faults_of(materials.size(), check);
+        std::vector<BadMaterial> bad;
+        for (std::size_t m = 0; m < materials.size(); ++m) {
+            if (!faults[m].empty()) {
+                bad.push_back({materials[m], faults[m]});
+            }
+        }
+        if (bad.size() > 1) {
+            error_ = std::make_exception_ptr(BadFilesError(database.name(), materials.size(), bad));
+        }
+    });
+    std::rethrow_exception(error_);
+}
+
+}  // namespace merl::engine
