@@ -74,7 +74,8 @@ TEST(OverTwoPi, GridsAndDomains) {
 
 TEST(OverTwoPi, AnyRangeOfAnythingRepeats) {
     const FunctionDatabase half(kHalf, 2, test::random_sample);
-    const Repeated whole(half);
+    const Repeated repeated(half);
+    const Database& whole = repeated;
     const auto source = all_of(half, 1);
     std::mt19937 random(3);
     for (int i = 0; i < 400; ++i) {
@@ -95,7 +96,8 @@ TEST(OverTwoPi, AnyRangeOfAnythingRepeats) {
 
 TEST(OverTwoPi, WhatIdentifiesSamplesDoesNotDependOnThePieces) {
     const FunctionDatabase half(kHalf, 2, test::random_sample);
-    const Repeated whole(half);
+    const Repeated repeated(half);
+    const Database& whole = repeated;
     std::string expected;
     for (const std::uint64_t piece : {240U, 1U, 5U, 6U, 7U, 12U, 13U, 100U}) {
         ContentHash hash(1);
