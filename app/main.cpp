@@ -10,7 +10,6 @@
 #include <string>
 #include <string_view>
 #include <system_error>
-#include <vector>
 
 #include "app/cli/exit_status.h"
 #include "app/cli/guard.h"
@@ -45,25 +44,18 @@ int status_of(merl::Fault fault) {
     return kInternal;
 }
 
-/// One line, however long a text is that somebody's file holds.
-int complain(const char* kind, std::string_view message, int status) noexcept {
+/// One line, however long a text is that somebody's file holds: of more than `most` bytes the
+/// beginning and the end.
+int complain(const char* kind, std::string_view message, int status,
+             std::size_t most = 3000) noexcept {
     constexpr std::size_t kPart = 1000;  // bytes of the beginning and of the end
-    const bool is_long = message.size() > 3 * kPart;
+    const bool is_long = message.size() > most;
     std::fprintf(stderr, "merl-scan: %s%s%s%s%s\n", kind,
                  merl::printable(is_long ? message.substr(0, kPart) : message).c_str(),
                  is_long ? " ... " : "",
                  is_long ? merl::printable(message.substr(message.size() - kPart)).c_str() : "",
                  results_are_in_place() ? "; the results are complete and in place" : "");
     return status;
-}
-
-/// A line for each of several files that cannot be used.
-int complain_of_files(const std::vector<std::string>& lines) noexcept {
-    for (std::size_t i = 1; i < lines.size(); ++i) {
-        complain("", lines[i], kInput);
-    }
-    // Last, where people look first.
-    return complain("", lines.front() + "; --skip-bad leaves them out", kInput);
 }
 
 /// Whether the system has no more to give, which is no fault of the program.
@@ -154,7 +146,8 @@ int main(int argc, char** argv) {
     } catch (const merl::device::DeviceLostError& error) {
         return complain("", with_advice(error), kDevice);
     } catch (const merl::engine::BadFilesError& error) {
-        return complain_of_files(error.lines());
+        return complain("", std::string(error.what()) + "; --skip-bad leaves them out", kInput,
+                        /*most=*/64 << 10U);
     } catch (const merl::Error& error) {
         return complain("", error.what(), status_of(error.fault()));
     } catch (const Interrupted& interrupt) {

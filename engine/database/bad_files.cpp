@@ -6,31 +6,15 @@
 
 #include <algorithm>
 #include <atomic>
-#include <span>
+#include <system_error>
 #include <thread>
 #include <utility>
 
 namespace merl::engine {
-namespace {
-
-std::vector<std::string> lines_of(const std::string& database, std::size_t files,
-                                  const std::vector<BadMaterial>& bad) {
-    auto lines = reasons(bad);
-    lines.insert(lines.begin(),
-                 fmt::format("{}: {} of {} files cannot be used", database, bad.size(), files));
-    return lines;
-}
-
-}  // namespace
-
 BadFilesError::BadFilesError(const std::string& database, std::size_t files,
                              const std::vector<BadMaterial>& bad)
-    : BadFilesError(lines_of(database, files, bad)) {}
-
-BadFilesError::BadFilesError(std::vector<std::string> lines)
-    : InputError(
-          fmt::format("{}: {}", lines.front(), fmt::join(std::span(lines).subspan(1), "; "))),
-      lines_(std::move(lines)) {}
+    : InputError(fmt::format("{}: {} of {} files cannot be used: {}", database, bad.size(), files,
+                             fmt::join(reasons(bad), "; "))) {}
 
 std::vector<std::string> reasons(const std::vector<BadMaterial>& bad) {
     constexpr std::size_t kMost = 20;
@@ -69,7 +53,11 @@ std::vector<std::string> faults_of(std::size_t count, const std::function<void(s
             tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism);
         std::vector<std::jthread> threads;
         for (std::size_t i = 1; i < std::min(count, most); ++i) {
-            threads.emplace_back(work);
+            try {
+                threads.emplace_back(work);
+            } catch (const std::system_error&) {
+                break;  // there can be no more; fewer do
+            }
         }
         work();
     }

@@ -13,19 +13,12 @@
 
 namespace merl::engine {
 
-/// Several files of a database that cannot be used. what() has them on one line.
+/// Several files of a database that cannot be used, all named on one line, like reasons().
 class BadFilesError : public InputError {
   public:
     /// `files` is how many there are, good ones too.
     BadFilesError(const std::string& database, std::size_t files,
                   const std::vector<BadMaterial>& bad);
-
-    /// "DATABASE: 3 of 10 files cannot be used", then a line a file.
-    const std::vector<std::string>& lines() const { return lines_; }
-
-  private:
-    explicit BadFilesError(std::vector<std::string> lines);
-    std::vector<std::string> lines_;
 };
 
 /// The reasons, a line each: of many the first 20, and how many more there are.

@@ -12,6 +12,15 @@
 
 namespace merl::engine {
 
+namespace {
+
+/// "; it is compressed" of "is compressed".
+std::string in_addition(const std::string& words) {
+    return words.empty() ? "" : "; it " + words;
+}
+
+}  // namespace
+
 MaterialFile::MaterialFile(const std::filesystem::path& file)
     : material(file.stem().string()), path(file) {}
 
@@ -37,7 +46,7 @@ std::vector<MaterialFile> list_material_files(const std::filesystem::path& direc
             error.code().message(),
             std::filesystem::is_regular_file(directory, none) && has_extension(directory, extension)
                 ? "; a database is the directory that the file is in"
-                : known_as(directory)));
+                : in_addition(known_as(directory))));
     }
     std::ranges::sort(files, [](const MaterialFile& a, const MaterialFile& b) {
         return std::tie(a.material, a.path) < std::tie(b.material, b.path);

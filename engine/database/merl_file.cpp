@@ -41,38 +41,43 @@ std::optional<std::uint64_t> samples_of(const Sizes& sizes) {
     return samples;
 }
 
-/// Words for the end of an error: what a file is, by its first bytes.
-std::string format_of(const File& file) {
-    return is_unknown_text(file) ? "; it is text" : known_as(file);
+/// Throws what is wrong with a file, or what else it is if that is known.
+[[noreturn]] void fail_format(const File& file, const std::string& what) {
+    const auto known = known_as(file);
+    if (!known.empty()) {
+        file.fail(known + "; expected a MERL file");
+    }
+    file.fail(what + (is_unknown_text(file) ? "; it is text" : ""));
 }
 
-/// The same of a file that is no MERL file, perhaps one with other numbers.
-std::string what_it_is(const File& file, Sizes sizes) {
+/// The same where the header is wrong, or is not that of so many bytes.
+[[noreturn]] void fail_header(const File& file, Sizes sizes, const std::string& what) {
     const auto has = [&](std::size_t bytes) {
         const auto samples = samples_of(sizes);
         return samples && file.bytes() == kHeaderBytes + *samples * bytes;
     };
     if (has(sizeof(float))) {
-        return "; its samples are float32: write them again as float64";
+        file.fail(what + "; its samples are float32: write them again as float64");
     }
     for (auto& size : sizes) {
         size = static_cast<std::int32_t>(__builtin_bswap32(static_cast<std::uint32_t>(size)));
     }
     if (has(sizeof(double)) || has(sizeof(float))) {
-        return fmt::format(
-            "; it is big-endian ({} x {} x {}): write it again with little-endian numbers{}",
-            sizes[0], sizes[1], sizes[2], has(sizeof(float)) ? ", samples as float64" : "");
+        file.fail(fmt::format(
+            "{}; it is big-endian ({} x {} x {}): write it again with little-endian numbers{}",
+            what, sizes[0], sizes[1], sizes[2], has(sizeof(float)) ? ", samples as float64" : ""));
     }
-    return format_of(file);
+    fail_format(file, what);
 }
 
 Grid checked_header(const File& file, std::optional<PhiDRange> range) {
     if (file.bytes() < kHeaderBytes) {
-        file.fail(fmt::format("has {} bytes; a MERL file has a header of {}, then its samples{}",
-                              file.bytes(), kHeaderBytes, format_of(file)));
+        fail_format(file,
+                    fmt::format("has {} bytes; a MERL file has a header of {}, then its samples",
+                                file.bytes(), kHeaderBytes));
     }
     const Sizes sizes = read_sizes(file);
-    const auto fail = [&](const std::string& what) { file.fail(what + what_it_is(file, sizes)); };
+    const auto fail = [&](const std::string& what) { fail_header(file, sizes, what); };
     const auto described = fmt::format("{} x {} x {}", sizes[0], sizes[1], sizes[2]);
     std::uint64_t voxels = 1;
     for (const auto size : sizes) {

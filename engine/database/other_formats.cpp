@@ -106,7 +106,7 @@ std::string known_as(const File& file) {
     const auto format = std::ranges::find_if(
         kFormats, [&](const Format& f) { return begin.starts_with(f.beginning); });
     if (format != kFormats.end()) {
-        return fmt::format("; it is {}: {}", format->what, format->advice);
+        return fmt::format("is {}: {}", format->what, format->advice);
     }
     return "";
 }

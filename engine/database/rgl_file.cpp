@@ -37,7 +37,9 @@ std::string other_beginning(const File& file, const std::string& begin) {
         return "is text, like the .bsdf files of Zemax and LightTools, which cannot be read";
     }
     const std::vector<unsigned char> bytes(begin.begin(), begin.end());
-    return fmt::format("begins with the bytes {:02x}", fmt::join(bytes, " "));
+    const auto known = known_as(file);
+    return fmt::format("begins with the bytes {:02x}{}", fmt::join(bytes, " "),
+                       known.empty() ? "" : ", " + known);
 }
 
 }  // namespace
@@ -111,8 +113,8 @@ void RglFile::expect_magic() {
     position_ = begin.size();
     if (begin != kMagic) {
         file_.fail(fmt::format(
-            "{}; expected a file of the RGL, which begins with \"tensor_file\" and a zero byte{}",
-            other_beginning(file_, begin), known_as(file_)));
+            "{}; expected a file of the RGL, which begins with \"tensor_file\" and a zero byte",
+            other_beginning(file_, begin)));
     }
 }
 

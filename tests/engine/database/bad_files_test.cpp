@@ -72,9 +72,9 @@ TEST(BadFiles, AllAreNamedWhenOpened) {
         open_database(files.directory.path);
         FAIL();
     } catch (const BadFilesError& error) {
-        ASSERT_EQ(error.lines().size(), 4U);
-        EXPECT_EQ(error.lines()[0],
-                  files.directory.path.string() + ": 3 of 6 files cannot be used");
+        EXPECT_EQ(std::string(error.what())
+                      .find(files.directory.path.string() + ": 3 of 6 files cannot be used: "),
+                  0U);
         for (const std::size_t m : {1U, 4U, 5U}) {
             EXPECT_NE(std::string(error.what()).find(files.path(files.names[m]).string()),
                       std::string::npos);
@@ -188,7 +188,8 @@ TEST(BadFiles, LongListsAreCut) {
     EXPECT_EQ(lines[19], "file 19");
     EXPECT_EQ(lines[20], "and 5 more");
     EXPECT_EQ(reasons({bad.begin(), bad.begin() + 20}).size(), 20U);
-    EXPECT_EQ(BadFilesError("db", 30, bad).lines().size(), 22U);
+    EXPECT_NE(std::string(BadFilesError("db", 30, bad).what()).find("; file 19; and 5 more"),
+              std::string::npos);
 }
 
 TEST(BadFiles, FaultsAreThoseOfEachCall) {

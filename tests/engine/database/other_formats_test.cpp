@@ -59,7 +59,9 @@ TEST(OtherFormats, FilesAreRecognised) {
     EXPECT_EQ(refusal_of(header(3, 4, 5) + rest.substr(0, 1440)), "");
     for (const auto& bytes : {""s, header(3, 4, 5), header(3, 4, 5) + rest.substr(0, 1439),
                               header(3, 4, 5) + rest.substr(0, 721)}) {
-        EXPECT_EQ(refusal_of(bytes).find("; it"), std::string::npos) << refusal_of(bytes);
+        for (const auto* words : {"; it is", "; its samples"}) {
+            EXPECT_EQ(refusal_of(bytes).find(words), std::string::npos) << refusal_of(bytes);
+        }
     }
 }
 
