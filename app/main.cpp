@@ -20,6 +20,7 @@
 #include "app/pipeline/version.h"
 #include "engine/base/error.h"
 #include "engine/base/text.h"
+#include "engine/database/bad_files.h"
 #include "engine/device/context.h"
 
 namespace {
@@ -43,10 +44,12 @@ int status_of(merl::Fault fault) {
     return kInternal;
 }
 
-/// One line, however long a text is that somebody's file holds.
-int complain(const char* kind, std::string_view message, int status) noexcept {
+/// One line, however long a text is that somebody's file holds: of more than `most` bytes the
+/// beginning and the end.
+int complain(const char* kind, std::string_view message, int status,
+             std::size_t most = 3000) noexcept {
     constexpr std::size_t kPart = 1000;  // bytes of the beginning and of the end
-    const bool is_long = message.size() > 3 * kPart;
+    const bool is_long = message.size() > most;
     std::fprintf(stderr, "merl-scan: %s%s%s%s%s\n", kind,
                  merl::printable(is_long ? message.substr(0, kPart) : message).c_str(),
                  is_long ? " ... " : "",
@@ -144,6 +147,9 @@ int main(int argc, char** argv) {
         return complain("", with_advice(error), kDevice);
     } catch (const merl::device::DeviceLostError& error) {
         return complain("", with_advice(error), kDevice);
+    } catch (const merl::engine::BadFilesError& error) {
+        return complain("", std::string(error.what()) + "; --skip-bad leaves them out", kInput,
+                        /*most=*/64 << 10U);
     } catch (const merl::Error& error) {
         return complain("", error.what(), status_of(error.fault()));
     } catch (const Interrupted& interrupt) {

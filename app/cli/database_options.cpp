@@ -2,15 +2,19 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <cstdlib>
+#include <map>
 #include <optional>
 #include <string_view>
 
 #include "app/cli/options.h"
+#include "app/cli/terminal.h"
 #include "engine/base/error.h"
 #include "engine/base/number.h"
+#include "engine/database/bad_files.h"
 #include "engine/database/joined_database.h"
 
 namespace merl::app {
@@ -78,6 +82,10 @@ engine::DatabaseChoice DatabaseOptions::choice() const {
     if (!grid.empty()) {
         choice.grid = parse_grid(grid);
     }
+    if (phi_d_range) {
+        choice.phi_d_range = phi_d_range;
+    }
+    choice.skip_bad = skip_bad;
     return choice;
 }
 
@@ -91,13 +99,19 @@ std::vector<CLI::Option*> add_database_options(CLI::App& command, DatabaseOption
                                     engine::database_help(), more))
             ->transform(not_empty())
             ->expected(1)
-            ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)};
+            ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll),
+        command.add_flag(
+            "--skip-bad", options.skip_bad,
+            "Leave out files that cannot be used, and list them; reads all once more")};
     const auto others = add_material_options(command, options);
     added.insert(added.end(), others.begin(), others.end());
     return added;
 }
 
 std::vector<CLI::Option*> add_material_options(CLI::App& command, DatabaseOptions& options) {
+    const std::map<std::string, engine::PhiDRange> ranges = {
+        {engine::range_name(engine::PhiDRange::pi), engine::PhiDRange::pi},
+        {engine::range_name(engine::PhiDRange::two_pi), engine::PhiDRange::two_pi}};
     return {command.add_option("--materials,--material", options.materials.materials,
                                "Only these materials: names or patterns like 'gold-*', with commas "
                                "between them, or @FILE with one a line"),
@@ -107,11 +121,26 @@ std::vector<CLI::Option*> add_material_options(CLI::App& command, DatabaseOption
                 .add_option("--grid", options.grid,
                             "The grid of what can be evaluated on any, theta_h x theta_d x phi_d "
                             "(default: that of the other databases, or 90x90x180)")
-                ->transform(grid_sides())};
+                ->transform(grid_sides()),
+            command
+                .add_option_function<std::string>(
+                    "--phi-d-range",
+                    [&options, ranges](const std::string& name) {
+                        options.phi_d_range = ranges.at(name);
+                    },
+                    "Where phi_d of MERL files ends (default: 2pi where there are four times as "
+                    "many phi_d as theta_d, else pi)")
+                ->check(CLI::IsMember(ranges))};
 }
 
 std::unique_ptr<engine::Database> open_database(const DatabaseOptions& options) {
     return engine::open_databases(options.choice());
+}
+
+std::unique_ptr<engine::Database> open_database_and_warn(const DatabaseOptions& options) {
+    auto database = open_database(options);
+    std::ranges::for_each(engine::skipped_lines(*database), print_warning);
+    return database;
 }
 
 }  // namespace merl::app

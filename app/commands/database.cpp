@@ -141,15 +141,39 @@ auto share_of(Progress& progress, std::size_t material, std::size_t count) {
     };
 }
 
+/// Whether materials of these grids can be in one database.
+bool have_one_grid(const std::vector<Grid>& grids) {
+    return std::ranges::all_of(
+        grids, [&](const Grid& grid) { return grid.over_pi() == grids.front().over_pi(); });
+}
+
+/// What the grids of materials have in common, in words that follow.
+std::string grid_text(const std::vector<Grid>& grids) {
+    if (grids.empty()) {
+        return "";
+    }
+    if (!have_one_grid(grids)) {
+        return "; their grids differ, and a scan needs one grid";
+    }
+    const auto to_pi = static_cast<std::uint64_t>(
+        std::ranges::count(grids, engine::PhiDRange::pi, &Grid::phi_d_range));
+    if (to_pi == grids.size()) {
+        return fmt::format("; grid {}, phi_d over [0, pi)", grids.front().text());
+    }
+    const auto repeated = to_pi == 0
+                              ? std::string()
+                              : fmt::format("; {} over [0, pi) count as repeated after pi", to_pi);
+    return fmt::format("; grid {}, phi_d over [0, 2 pi){}", grids.front().over_two_pi().text(),
+                       repeated);
+}
+
 int info(const Options& options) {
     const auto [name, sources] = engine::list_databases(options.database.choice());
     print_line(
         fmt::format("{}: {} material{}", name, sources.size(), sources.size() == 1 ? "" : "s"));
     print_heading();
     std::size_t bad = 0;
-    Grid first_grid;
-    bool any = false;
-    bool grids_differ = false;
+    std::vector<Grid> grids;
     std::size_t damaged = 0;
     std::vector<std::string> names;  // of those that can be read, and their contents
     std::vector<std::string> hashes;
@@ -168,9 +192,7 @@ int info(const Options& options) {
                 damaged += content.fault.empty() ? 0 : 1;
                 names.push_back(material);
                 hashes.push_back(content.hash);
-                grids_differ |= any && grid != first_grid;
-                first_grid = any ? first_grid : grid;
-                any = true;
+                grids.push_back(grid);
             } catch (const Error& error) {
                 if (error.fault() != Fault::input) {
                     throw;
@@ -191,10 +213,8 @@ int info(const Options& options) {
                                damaged == 1 ? "s" : ""));
     }
     print_line(fmt::format("{} of {} can be read{}", sources.size() - bad, sources.size(),
-                           grids_differ ? "; their grids differ, and a scan needs one grid"
-                           : any        ? fmt::format("; grid {}", first_grid.text())
-                                        : ""));
-    return bad == 0 && damaged == 0 && copies.empty() && !grids_differ && !sources.empty()
+                           grid_text(grids)));
+    return bad == 0 && damaged == 0 && copies.empty() && have_one_grid(grids) && !sources.empty()
                ? kSuccess
                : kInput;
 }
@@ -216,15 +236,9 @@ void refuse_source(const std::string& directory, const engine::Database& databas
 }
 
 int write(const Options& options) {
-    const auto database = open_database(options.database);
+    const auto database = open_database_and_warn(options.database);
     const auto& materials = database->materials();
     refuse_source(options.out, *database);
-    if (engine::is_over_all_of_phi_d(database->grid())) {
-        throw InputError(fmt::format(
-            "{}: the grid is {}; with so many phi_d its files would be taken for BRDFs over [0, 2 "
-            "pi), and refused",
-            database->name(), database->grid().text()));
-    }
     std::vector<OutputFile> files;
     Progress progress("writing", options.quiet);
     for (std::size_t m = 0; m < materials.size(); ++m) {
@@ -238,6 +252,14 @@ int write(const Options& options) {
     OutputDirectory out(options.out, options.force, std::move(files));
     out.finish();
     clear_progress();
+    const auto range = database->grid().phi_d_range;
+    if (engine::is_over_all_of_phi_d(database->grid()) != (range == engine::PhiDRange::two_pi)) {
+        print_warning(fmt::format(
+            "{}: the sizes of the grid, {}, do not say that phi_d ends at {}: whoever reads these "
+            "files has to know it (--phi-d-range {})",
+            options.out, database->grid().text(), engine::range_name(range),
+            engine::range_name(range)));
+    }
     if (!options.quiet) {
         print_line(fmt::format("{} materials of {} in {}", materials.size(), database->name(),
                                options.out));

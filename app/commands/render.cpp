@@ -190,7 +190,7 @@ class Source {
   public:
     explicit Source(const Options& options) {
         if (options.selection.empty()) {
-            any_ = open_database(options.database);
+            any_ = open_database_and_warn(options.database);
             return;
         }
         const std::string text = scan::read_input(options.selection);

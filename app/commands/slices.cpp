@@ -112,8 +112,9 @@ using Layer = std::vector<std::array<double, 3>>;
 Layer middle_layer(const engine::Database& database, std::size_t material, std::uint32_t t) {
     // 90 degrees is the middle of the range: on a voxel when their number is odd, else between two.
     const auto& grid = database.grid();
-    const std::uint64_t before = (grid.phi_d - 1) / 2;
-    const std::uint64_t after = grid.phi_d / 2;
+    const auto below_pi = grid.over_pi().phi_d;
+    const std::uint64_t before = (below_pi - 1) / 2;
+    const std::uint64_t after = below_pi / 2;
     constexpr std::uint64_t kVoxelsAtATime = 65536;  // that are read, or one row
     const std::uint64_t rows_at_a_time = std::max<std::uint64_t>(1, kVoxelsAtATime / grid.phi_d);
     Layer layer(grid.theta_d);
@@ -171,7 +172,7 @@ pipeline::Image material_slice(const engine::Database& database, std::size_t mat
 }
 
 int run(const Options& options) {
-    const auto database = open_database(options.database);
+    const auto database = open_database_and_warn(options.database);
     const auto& names = database->materials();
     const std::size_t materials = options.database.materials.is_all() ? 0 : names.size();
     const auto file_name = [&](std::size_t material) {

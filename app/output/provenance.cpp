@@ -18,6 +18,7 @@ ordered_json path_json(const std::string& path) {
 
 ordered_json database_json(const pipeline::DatabaseProvenance& database) {
     ordered_json hashes = ordered_json::object();
+    ordered_json skipped = ordered_json::object();
     ordered_json negative = ordered_json::object();
     ordered_json negative_above = ordered_json::object();
     for (const auto& material : database.materials) {
@@ -26,19 +27,26 @@ ordered_json database_json(const pipeline::DatabaseProvenance& database) {
         negative_above[name] = material.negative_above_horizon;
         hashes[name] = material.content_hash;
     }
+    for (const auto& material : database.skipped) {
+        skipped[as_utf8(material.material)] = as_utf8(material.reason);
+    }
     const auto& grid = database.grid;
-    ordered_json json = {
-        {"database",
-         {{"name", as_utf8(database.name)},
-          {"kind", database.kind},
-          {"path", path_json(database.path)},
-          {"content_hash", database.content_hash},
-          {"grid", {{"theta_h", grid.theta_h}, {"theta_d", grid.theta_d}, {"phi_d", grid.phi_d}}},
-          {"material_hashes", hashes}}},
-        {"samples_per_material", grid.voxels()},
-        {"samples_above_horizon", database.voxels},
-        {"negative_samples", negative},
-        {"negative_samples_above_horizon", negative_above}};
+    ordered_json json = {{"database",
+                          {{"name", as_utf8(database.name)},
+                           {"kind", database.kind},
+                           {"path", path_json(database.path)},
+                           {"content_hash", database.content_hash},
+                           {"grid",
+                            {{"theta_h", grid.theta_h},
+                             {"theta_d", grid.theta_d},
+                             {"phi_d", grid.phi_d},
+                             {"phi_d_range", engine::range_name(grid.phi_d_range)}}},
+                           {"skipped", skipped},
+                           {"material_hashes", hashes}}},
+                         {"samples_per_material", grid.voxels()},
+                         {"samples_above_horizon", database.voxels},
+                         {"negative_samples", negative},
+                         {"negative_samples_above_horizon", negative_above}};
     for (const auto& part : database.parts) {
         json["database"]["databases"].push_back({{"label", part.label},
                                                  {"name", as_utf8(part.name)},
@@ -146,6 +154,9 @@ Lines source_lines(const pipeline::PairDistances& distances) {
         }
         lines.emplace_back("materials", fmt::format("{}, of {} samples each", materials,
                                                     fmt::group_digits(database->grid.voxels())));
+        if (!database->skipped.empty()) {
+            lines.emplace_back("skipped", counted(database->skipped.size(), "bad file"));
+        }
         for (const auto& metric : distances.provenance.left_out) {
             lines.emplace_back("left out", metric);
         }

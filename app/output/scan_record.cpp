@@ -9,7 +9,9 @@
 #include "app/cli/progress.h"
 #include "engine/base/error.h"
 #include "engine/base/text.h"
+#include "engine/database/bad_files.h"
 #include "engine/database/content_hash.h"
+#include "engine/database/merl_file.h"
 #include "engine/database/model_database.h"
 #include "scan/io/input.h"
 #include "scan/io/json_format.h"
@@ -71,6 +73,9 @@ std::optional<engine::Grid> grid_of(const ordered_json& database) {
         }
         *side = number->get<std::uint32_t>();
     }
+    if (text_of(*found, "phi_d_range") == engine::range_name(engine::PhiDRange::two_pi)) {
+        grid.phi_d_range = engine::PhiDRange::two_pi;
+    }
     return grid;
 }
 
@@ -98,6 +103,28 @@ std::vector<RecordedDatabase> recorded_databases(const ordered_json& database) {
     return databases;
 }
 
+/// Where phi_d ends in a recorded database, if that is not what the sizes of its grid say.
+std::optional<engine::PhiDRange> unusual_range(const ordered_json& database) {
+    using engine::PhiDRange;
+    const auto grid = database.value("grid", ordered_json());
+    const auto size_of = [&](const char* key) {
+        const auto size = grid.is_object() ? grid.find(key) : grid.end();
+        return grid.is_object() && size != grid.end() && size->is_number_unsigned()
+                   ? size->get<std::uint32_t>()
+                   : 0;
+    };
+    const auto text = grid.is_object() ? text_of(grid, "phi_d_range") : "";
+    for (const auto range : {PhiDRange::pi, PhiDRange::two_pi}) {
+        const bool is_usual = (range == PhiDRange::two_pi) ==
+                              engine::is_over_all_of_phi_d(
+                                  {.theta_d = size_of("theta_d"), .phi_d = size_of("phi_d")});
+        if (text == engine::range_name(range) && !is_usual) {
+            return range;
+        }
+    }
+    return std::nullopt;
+}
+
 ScanRecord record_of(const ordered_json& json, const std::string& summary) {
     ScanRecord record;
     record.summary = summary;
@@ -115,6 +142,10 @@ ScanRecord record_of(const ordered_json& json, const std::string& summary) {
         record.material_hashes = texts_of(database, "material_hashes");
         record.grid = grid_of(database);
         record.databases = recorded_databases(database);
+        record.phi_d_range = unusual_range(database);
+        for (const auto& [material, reason] : texts_of(database, "skipped")) {
+            record.skipped.push_back({material, from_utf8(reason)});
+        }
     }
     return record;
 }
@@ -209,6 +240,7 @@ engine::DatabaseChoice recorded_choice(const ScanRecord& record) {
     }
     engine::DatabaseChoice choice;
     choice.grid = record.grid;
+    choice.phi_d_range = record.phi_d_range;
     for (const auto& database : record.databases) {
         choice.databases.push_back({database.label, name_of(database, record.summary)});
     }
@@ -234,6 +266,11 @@ ScannedDatabase::ScannedDatabase(const FoundRecord& found, const std::string& se
         options.otherwise = recorded_choice(*record_);
     }
     database_ = open_database(options);
+    // What the scan has skipped is not opened again.
+    warnings_ = options.databases.empty()
+                    ? engine::skipped_lines(database_->name(), record_->skipped,
+                                            database_->materials().size())
+                    : engine::skipped_lines(*database_);
     if (!record_) {
         warnings_.push_back(fmt::format("{}: whether {} is what was scanned was not checked",
                                         found.why_not, database_->name()));

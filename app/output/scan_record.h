@@ -35,6 +35,8 @@ struct ScanRecord {
     std::string kind;  // of the whole; empty where distances were read from a table
     std::vector<RecordedDatabase> databases;  // of which it is made: one, or those that were joined
     std::optional<engine::Grid> grid;
+    std::optional<engine::PhiDRange> phi_d_range;  // of MERL files, if not what their sizes say
+    std::vector<engine::BadMaterial> skipped;      // what was left out of the scan
     std::string content_hash;
     std::map<std::string, std::string> material_hashes;  // by name; older summaries have none
     std::map<std::string, std::string> files;  // hashes of the other results; older have none

@@ -1,11 +1,16 @@
 #include "app/pipeline/pair_distances.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <iterator>
 
 #include "app/pipeline/version.h"
 #include "engine/base/error.h"
 #include "engine/base/hash.h"
 #include "engine/base/stopwatch.h"
+#include "engine/database/bad_files.h"
 #include "scan/io/input.h"
 
 namespace merl::pipeline {
@@ -38,7 +43,8 @@ DatabaseProvenance provenance_of(const engine::Database& database,
                                  .grid = database.grid(),
                                  .voxels = computed.voxels,
                                  .materials = {},
-                                 .parts = {}};
+                                 .parts = {},
+                                 .skipped = database.skipped()};
     for (std::size_t m = 0; m < database.materials().size(); ++m) {
         result.materials.push_back({database.materials()[m], computed.material_hashes[m],
                                     computed.counts[m].negative,
@@ -56,9 +62,11 @@ PairDistances compute_pair_distances(engine::Engines& engines, const engine::Dat
                                      std::span<const engine::Metric* const> metrics,
                                      std::uint64_t memory_bytes, const Control& control) {
     if (database.materials().size() < 2) {
-        throw InputError(fmt::format("{}: found {} material{}; distances need at least two",
-                                     database.name(), database.materials().size(),
-                                     database.materials().size() == 1 ? "" : "s"));
+        const auto skipped = engine::reasons(database.skipped());
+        throw InputError(
+            fmt::format("{}: found {} material{}; distances need at least two{}{}", database.name(),
+                        database.materials().size(), database.materials().size() == 1 ? "" : "s",
+                        skipped.empty() ? "" : "; left out: ", fmt::join(skipped, "; ")));
     }
     engine::require_usable(database);
     auto computed = engine::compute_distances(
@@ -84,7 +92,8 @@ PairDistances compute_pair_distances(engine::Engines& engines, const engine::Dat
     }
     provenance.slabs = computed.slabs;
     provenance.seconds = computed.seconds;
-    provenance.warnings = std::move(computed.warnings);
+    provenance.warnings = engine::skipped_lines(database);
+    std::ranges::move(computed.warnings, std::back_inserter(provenance.warnings));
     return result;
 }
 

@@ -43,7 +43,8 @@ struct DatabaseProvenance {
     engine::Grid grid;
     std::uint64_t voxels = 0;  // above the horizon
     std::vector<MaterialProvenance> materials;
-    std::vector<PartProvenance> parts;  // none: it is one by itself
+    std::vector<PartProvenance> parts;         // none: it is one by itself
+    std::vector<engine::BadMaterial> skipped;  // what was left out because it cannot be used
 };
 
 struct TableProvenance {

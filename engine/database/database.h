@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -23,6 +24,25 @@ struct VoxelRange {
 /// Above every physical reflectance (1/sr), and low enough that the float32 sums on the device,
 /// which square it, cannot overflow.
 constexpr double kMaxReflectance = 1e12;
+
+/// A material of a database that cannot be used.
+struct BadMaterial {
+    std::string material;
+    std::string reason;  // the error about it, which names its file
+};
+
+/// Some materials by name, ascending bytewise; without a value: all there are.
+using WantedMaterials = std::optional<std::vector<std::string>>;
+
+/// How a database is opened.
+struct OpenOptions {
+    Grid grid = {};                  ///< where it is evaluated, if it is (is_evaluated())
+    WantedMaterials materials = {};  ///< only these are looked at, where that can be
+    /// Where phi_d of MERL files ends; without it at 2 pi where is_over_all_of_phi_d(), else at pi.
+    std::optional<PhiDRange> phi_d_range = {};
+    /// Leave out what cannot be used (Database::skipped()). For that every sample is read once.
+    bool skip_bad = false;
+};
 
 /// Takes what identifies the samples of one material while they are read: bytes of one of its three
 /// planes, in order. The same bytes are the same content, however they come in pieces
@@ -67,6 +87,9 @@ class Database {
     /// else. Otherwise they may hold any bytes; whoever prints them sees to that (printable()).
     const std::vector<std::string>& materials() const { return materials_; }
 
+    /// What was left out because it cannot be used, by name; only where the options say so.
+    const std::vector<BadMaterial>& skipped() const { return skipped_; }
+
     /// Reflectance in 1/sr of one material, by its index: `samples` gets three planes (red, green,
     /// blue) of `range.size()` numbers each, in the order of the voxels in MERL files (Domain).
     /// Negative numbers mean "not measured" and come as they are; the others are finite and at most
@@ -93,6 +116,7 @@ class Database {
     Grid grid_;
     std::vector<DatabasePart> parts_;
     std::vector<std::string> materials_;
+    std::vector<BadMaterial> skipped_;
 };
 
 /// Throws InputError unless the grid has 1 to kMaxSide voxels a side and at most kMaxVoxels, and

@@ -10,18 +10,32 @@ namespace merl::engine {
 
 using std::numbers::pi;
 
-std::string Grid::text() const {
-    return fmt::format("{} x {} x {} (theta_h x theta_d x phi_d)", theta_h, theta_d, phi_d);
+const char* range_name(PhiDRange range) {
+    return range == PhiDRange::pi ? "pi" : "2pi";
 }
 
-Domain::Domain(const Grid& grid) : grid_(grid) {
+std::string Grid::text() const {
+    return fmt::format("{} x {} x {} (theta_h x theta_d x phi_d{})", theta_h, theta_d, phi_d,
+                       phi_d_range == PhiDRange::pi ? "" : " over 2 pi");
+}
+
+Grid Grid::over_pi() const {
+    return {theta_h, theta_d, phi_d_range == PhiDRange::pi ? phi_d : phi_d / 2, PhiDRange::pi};
+}
+
+Grid Grid::over_two_pi() const {
+    return {theta_h, theta_d, phi_d_range == PhiDRange::pi ? 2 * phi_d : phi_d, PhiDRange::two_pi};
+}
+
+Domain::Domain(const Grid& grid)
+    : grid_(grid), voxels_over_pi_(static_cast<double>(grid.over_pi().voxels())) {
     const auto fill = [](std::vector<Angle>& angles, std::uint32_t count, auto&& angle_of) {
         for (std::uint32_t i = 0; i < count; ++i) {
             const double angle = angle_of((i + 0.5) / count);
             angles.push_back({angle, std::sin(angle), std::cos(angle)});
         }
     };
-    fill(phi_d_, grid.phi_d, [](double m) { return pi * m; });
+    fill(phi_d_, grid.over_pi().phi_d, [](double m) { return pi * m; });
     fill(theta_d_, grid.theta_d, [](double m) { return pi / 2 * m; });
     fill(theta_h_, grid.theta_h, [](double m) { return pi / 2 * m * m; });
 }
@@ -44,12 +58,12 @@ Voxel Domain::combine(const Angle& phi_d, const Angle& theta_d, const Angle& the
 }
 
 Voxel Domain::voxel(std::uint64_t file_index) const {
-    const std::uint64_t r = file_index % grid_.phi_d;
+    const std::uint64_t r = file_index % grid_.phi_d % phi_d_.size();
     const std::uint64_t s = file_index / grid_.phi_d % grid_.theta_d;
     const std::uint64_t t = file_index / grid_.phi_d / grid_.theta_d;
     Voxel voxel = combine(phi_d_[r], theta_d_[s], theta_h_[t],
                           (static_cast<double>(t) + 0.5) / grid_.theta_h);
-    voxel.voxels = static_cast<double>(grid_.voxels());
+    voxel.voxels = voxels_over_pi_;
     voxel.solid_angle = 4 * pi * voxel.s_merl / voxel.voxels;
     voxel.theta_h_layer = static_cast<std::int32_t>(t);
     voxel.theta_h_layers = static_cast<std::int32_t>(grid_.theta_h);

@@ -7,17 +7,35 @@
 
 namespace merl::engine {
 
-/// Sizes of a sampled BRDF in the MERL domain (Matusik et al. 2003). MERL itself is 90 × 90 × 180.
+/// Where phi_d ends; it begins at 0. What is reciprocal, f(phi_d + pi) = f(phi_d), needs no more
+/// than pi. Published approximations that are not go to 2 pi (docs/numerics.md).
+enum class PhiDRange { pi, two_pi };
+
+/// "pi" or "2pi", as options and summaries have it.
+const char* range_name(PhiDRange range);
+
+/// Sizes of a sampled BRDF in the MERL domain (Matusik et al. 2003). MERL itself is 90 × 90 × 180,
+/// over pi.
 struct Grid {
     std::uint32_t theta_h = 90;
     std::uint32_t theta_d = 90;
-    std::uint32_t phi_d = 180;
+    std::uint32_t phi_d = 180;  // over all of the range; over 2 pi an even number
+    PhiDRange phi_d_range = PhiDRange::pi;
 
     bool operator==(const Grid&) const = default;
 
     /// |K|, the number of voxels. At most kMaxVoxels for every grid that passed a reader.
     std::uint64_t voxels() const { return std::uint64_t{theta_h} * theta_d * phi_d; }
-    std::string text() const;  // "90 x 90 x 180 (theta_h x theta_d x phi_d)"
+
+    /// "90 x 90 x 180 (theta_h x theta_d x phi_d)"; over 2 pi with "over 2 pi" behind phi_d. Hashes
+    /// of contents begin with it.
+    std::string text() const;
+
+    /// The part of it with phi_d below pi: itself, or half of a grid over 2 pi.
+    Grid over_pi() const;
+
+    /// It and what comes after pi, on as fine a grid: itself, or twice one over pi.
+    Grid over_two_pi() const;
 };
 
 /// The most voxels a database may have: 256 times the grid of MERL.
@@ -28,17 +46,21 @@ constexpr std::uint64_t kMaxSide = 65536;
 
 /// What a metric may know about a voxel, at its centre. Angles in radians. Kernels read the same
 /// numbers in the same order (shaders/framework/geometry.glsl).
+///
+/// A voxel beyond pi has the two directions of the one at phi_d - pi, exchanged, and is described
+/// by the very same numbers: those of Grid::over_pi(). So no metric can weigh the halves of a grid
+/// over 2 pi differently, and what repeats after pi has the same distances there as over pi.
 struct Voxel {
     double theta_h = 0;  // half-difference angles (Rusinkiewicz 1998)
     double theta_d = 0;
-    double phi_d = 0;
+    double phi_d = 0;        // below pi
     double s_merl = 0;       // MERL scale factor, docs/numerics.md
     double cos_theta_i = 0;  // Ryman 2018, 4.5
     double cos_theta_o = 0;  // Ryman 2018, 4.6
     /// dω_i dω_o of the voxel in sr², with its rotations about the normal and its mirror image:
     /// 4π·s_merl/|K|. Zero at points that are no voxel's centre.
     double solid_angle = 0;
-    double voxels = 0;  // |K|, of the whole grid; likewise
+    double voxels = 0;  // |K|, of the whole grid over pi; likewise
     /// The layer of its grid, from 0, and how many there are; likewise. With these a metric decides
     /// in whole numbers on which side of a border the centre is (shaders/lib/windows.glsl).
     std::int32_t theta_h_layer = 0;
@@ -76,7 +98,8 @@ class Domain {
                          double m_t);
 
     Grid grid_;
-    std::vector<Angle> phi_d_, theta_d_, theta_h_;
+    double voxels_over_pi_;
+    std::vector<Angle> phi_d_, theta_d_, theta_h_;  // phi_d below pi
 };
 
 /// Which voxels a computation visits.

@@ -8,6 +8,7 @@
 
 #include "engine/base/error.h"
 #include "engine/base/text.h"
+#include "engine/database/over_two_pi.h"
 
 namespace merl::engine {
 namespace {
@@ -38,6 +39,12 @@ class JoinedDatabase final : public Database {
           databases_(std::move(databases)) {
         grid_ = databases_.front().database->grid();
         for (const auto& [label, database] : databases_) {
+            if (database->grid().phi_d_range == PhiDRange::two_pi) {
+                grid_ = database->grid();
+            }
+            for (const auto& [material, reason] : database->skipped()) {
+                skipped_.push_back({fmt::format("{}/{}", label, material), reason});
+            }
             parts_.push_back({.label = label,
                               .name = database->name(),
                               .kind = database->kind(),
@@ -54,7 +61,14 @@ class JoinedDatabase final : public Database {
     void read(std::size_t material, VoxelRange range, std::span<double> samples,
               const SampleSink& sink) const override {
         const auto& [database, place] = places_.at(material);
-        database->read(place, range, samples, sink);
+        if (database->grid() == grid_) {
+            database->read(place, range, samples, sink);
+            return;
+        }
+        read_over_two_pi(grid_, range, samples, sink,
+                         [&](VoxelRange part, std::span<double> to, const SampleSink& hash) {
+                             database->read(place, part, to, hash);
+                         });
     }
 
     std::uint64_t keep(std::uint64_t bytes) const override {
@@ -103,7 +117,7 @@ std::unique_ptr<Database> make_joined(std::vector<LabelledDatabase> databases) {
             throw std::invalid_argument("a joined database is not joined again");
         }
         const auto& first = databases.front();
-        if (database->grid() != first.database->grid()) {
+        if (database->grid().over_pi() != first.database->grid().over_pi()) {
             throw InputError(fmt::format(
                 "{} ({}): the grid is {}; {} ({}) has {}, and databases that are used together "
                 "must have the same",

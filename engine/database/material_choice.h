@@ -1,15 +1,11 @@
 #pragma once
 
 #include <cstddef>
-#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
 namespace merl::engine {
-
-/// Some materials by name, ascending bytewise; without a value: all there are.
-using WantedMaterials = std::optional<std::vector<std::string>>;
 
 /// Which materials of a database are meant, as --materials and --exclude say it.
 ///

@@ -8,8 +8,18 @@
 #include <tuple>
 
 #include "engine/base/error.h"
+#include "engine/database/other_formats.h"
 
 namespace merl::engine {
+
+namespace {
+
+/// "; it is compressed" of "is compressed".
+std::string in_addition(const std::string& words) {
+    return words.empty() ? "" : "; it " + words;
+}
+
+}  // namespace
 
 MaterialFile::MaterialFile(const std::filesystem::path& file)
     : material(file.stem().string()), path(file) {}
@@ -36,7 +46,7 @@ std::vector<MaterialFile> list_material_files(const std::filesystem::path& direc
             error.code().message(),
             std::filesystem::is_regular_file(directory, none) && has_extension(directory, extension)
                 ? "; a database is the directory that the file is in"
-                : ""));
+                : in_addition(known_as(directory))));
     }
     std::ranges::sort(files, [](const MaterialFile& a, const MaterialFile& b) {
         return std::tie(a.material, a.path) < std::tie(b.material, b.path);
@@ -54,8 +64,8 @@ std::vector<MaterialFile> list_database_files(const std::filesystem::path& direc
                                               const WantedMaterials& wanted) {
     auto files = list_material_files(directory, extension);
     if (files.empty()) {
-        throw InputError(fmt::format("{}: found 0 {} files; expected one a material",
-                                     directory.string(), extension));
+        throw InputError(fmt::format("{}: found 0 {} files; expected one a material{}",
+                                     directory.string(), extension, directory_known_as(directory)));
     }
     if (!wanted) {
         return files;

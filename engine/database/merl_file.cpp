@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <cstdint>
@@ -11,6 +12,7 @@
 
 #include "engine/base/file.h"
 #include "engine/base/widest_vectors.h"
+#include "engine/database/other_formats.h"
 
 namespace merl::engine {
 namespace {
@@ -19,31 +21,81 @@ static_assert(std::endian::native == std::endian::little, "MERL files are little
 
 constexpr std::uint64_t kHeaderBytes = 12;
 
-Grid checked_header(const File& file) {
-    if (file.bytes() < kHeaderBytes) {
-        file.fail(fmt::format("has {} bytes; a MERL file has a header of {}, then its samples",
-                              file.bytes(), kHeaderBytes));
-    }
-    std::array<std::int32_t, 3> sizes = {};
+using Sizes = std::array<std::int32_t, 3>;
+
+Sizes read_sizes(const File& file) {
+    Sizes sizes = {};
     file.read(0, std::as_writable_bytes(std::span(sizes)));
+    return sizes;
+}
+
+/// How many samples a header makes; nothing where no file has these sizes.
+std::optional<std::uint64_t> samples_of(const Sizes& sizes) {
+    std::uint64_t samples = 3;
+    for (const auto size : sizes) {
+        if (size <= 0 || static_cast<std::uint64_t>(size) > kMaxSide) {
+            return std::nullopt;
+        }
+        samples *= static_cast<std::uint64_t>(size);  // three factors, each checked: no overflow
+    }
+    return samples;
+}
+
+/// Throws what is wrong with a file, or what else it is if that is known.
+[[noreturn]] void fail_format(const File& file, const std::string& what) {
+    const auto known = known_as(file);
+    if (!known.empty()) {
+        file.fail(known + "; expected a MERL file");
+    }
+    file.fail(what + (is_unknown_text(file) ? "; it is text" : ""));
+}
+
+/// The same where the header is wrong, or is not that of so many bytes.
+[[noreturn]] void fail_header(const File& file, Sizes sizes, const std::string& what) {
+    const auto has = [&](std::size_t bytes) {
+        const auto samples = samples_of(sizes);
+        return samples && file.bytes() == kHeaderBytes + *samples * bytes;
+    };
+    if (has(sizeof(float))) {
+        file.fail(what + "; its samples are float32: write them again as float64");
+    }
+    for (auto& size : sizes) {
+        size = static_cast<std::int32_t>(__builtin_bswap32(static_cast<std::uint32_t>(size)));
+    }
+    if (has(sizeof(double)) || has(sizeof(float))) {
+        file.fail(fmt::format(
+            "{}; it is big-endian ({} x {} x {}): write it again with little-endian numbers{}",
+            what, sizes[0], sizes[1], sizes[2], has(sizeof(float)) ? ", samples as float64" : ""));
+    }
+    fail_format(file, what);
+}
+
+Grid checked_header(const File& file, std::optional<PhiDRange> range) {
+    if (file.bytes() < kHeaderBytes) {
+        fail_format(file,
+                    fmt::format("has {} bytes; a MERL file has a header of {}, then its samples",
+                                file.bytes(), kHeaderBytes));
+    }
+    const Sizes sizes = read_sizes(file);
+    const auto fail = [&](const std::string& what) { fail_header(file, sizes, what); };
     const auto described = fmt::format("{} x {} x {}", sizes[0], sizes[1], sizes[2]);
     std::uint64_t voxels = 1;
     for (const auto size : sizes) {
         if (size <= 0) {
-            file.fail(
+            fail(
                 fmt::format("the header says {}; every size must be positive (MERL: 90 x 90 x "
                             "180)",
                             described));
         }
         if (static_cast<std::uint64_t>(size) > kMaxSide) {
-            file.fail(
+            fail(
                 fmt::format("the header says {}; every size may be at most {} (MERL: 90 x 90 "
                             "x 180)",
                             described, kMaxSide));
         }
         voxels *= static_cast<std::uint64_t>(size);  // three factors, each checked: no overflow
         if (voxels > kMaxVoxels) {
-            file.fail(
+            fail(
                 fmt::format("the header says {}; at most {} voxels are supported (MERL: 90 x 90 "
                             "x 180)",
                             described, kMaxVoxels));
@@ -51,18 +103,16 @@ Grid checked_header(const File& file) {
     }
     const std::uint64_t expected = kHeaderBytes + voxels * 3 * sizeof(double);
     if (file.bytes() != expected) {
-        file.fail(fmt::format("has {} bytes; its header ({}) makes {}, so it is {}", file.bytes(),
-                              described, expected,
-                              file.bytes() < expected ? "truncated" : "over-long"));
+        fail(fmt::format("has {} bytes; its header ({}) makes {}, so it is {}", file.bytes(),
+                         described, expected, file.bytes() < expected ? "truncated" : "over-long"));
     }
-    const Grid grid = {static_cast<std::uint32_t>(sizes[0]), static_cast<std::uint32_t>(sizes[1]),
-                       static_cast<std::uint32_t>(sizes[2])};
-    if (is_over_all_of_phi_d(grid)) {
-        file.fail(
-            fmt::format("the header says {}; so many phi_d are those of a BRDF over [0, 2 pi), "
-                        "which cannot be read yet; expected phi_d over [0, pi) (MERL: 90 x 90 x "
-                        "180)",
-                        described));
+    Grid grid = {static_cast<std::uint32_t>(sizes[0]), static_cast<std::uint32_t>(sizes[1]),
+                 static_cast<std::uint32_t>(sizes[2])};
+    grid.phi_d_range =
+        range.value_or(is_over_all_of_phi_d(grid) ? PhiDRange::two_pi : PhiDRange::pi);
+    if (grid.phi_d_range == PhiDRange::two_pi && grid.phi_d % 2 != 0) {
+        file.fail(fmt::format("the header says {}; over [0, 2 pi) the number of phi_d is even",
+                              described));
     }
     return grid;
 }
@@ -99,10 +149,10 @@ bool is_over_all_of_phi_d(const Grid& grid) {
     return grid.phi_d == 4 * std::uint64_t{grid.theta_d};
 }
 
-MerlHeader read_merl_header(const std::filesystem::path& path) {
+MerlHeader read_merl_header(const std::filesystem::path& path, std::optional<PhiDRange> range) {
     File file(path);
     file.settle();
-    const Grid grid = checked_header(file);
+    const Grid grid = checked_header(file, range);
     file.expect(file.state());
     return {grid, file.state()};
 }
@@ -128,6 +178,16 @@ void read_merl_samples(const std::filesystem::path& path, const MerlHeader& head
         }
     }
     file.expect(header.state);
+}
+
+void check_merl_samples(const std::filesystem::path& path, const MerlHeader& header) {
+    constexpr std::uint64_t kVoxelsAtATime = 16384;  // whose planes stay in cache
+    const std::uint64_t voxels = header.grid.voxels();
+    std::vector<double> samples(3 * std::min(kVoxelsAtATime, voxels));
+    for (std::uint64_t first = 0; first < voxels; first += kVoxelsAtATime) {
+        const VoxelRange range = {first, std::min(first + kVoxelsAtATime, voxels)};
+        read_merl_samples(path, header, range, std::span(samples).first(3 * range.size()));
+    }
 }
 
 std::string merl_file(const Database& database, std::size_t material) {

@@ -10,6 +10,7 @@
 #include "engine/base/error.h"
 #include "engine/database/merl_directory.h"
 #include "engine/database/model_database.h"
+#include "engine/database/other_formats.h"
 #include "engine/database/rgl_database.h"
 #include "engine/database/subset_database.h"
 
@@ -24,7 +25,8 @@ struct Kind {
     bool is_evaluated;  // on any grid
     std::unique_ptr<Database> (*open)(const std::string& name, const OpenOptions& options);
     /// Its materials one by one, where some may be broken; null: it is whole or cannot be opened.
-    std::vector<MaterialSource> (*list)(const std::string& name, const Grid& grid) = nullptr;
+    std::vector<MaterialSource> (*list)(const std::string& name,
+                                        const OpenOptions& options) = nullptr;
 };
 
 std::vector<MaterialSource> sources_of(
@@ -45,25 +47,29 @@ const std::array kKinds = {
          [](const std::string&, const OpenOptions& options) {
              return open_model(kBuiltInModel, options.grid);
          }},
-    Kind{"a model (merl-scan models), or MODEL:TABLE.csv (a table of its parameters)", is_model, true,
+    Kind{"a model (merl-scan models), or MODEL:TABLE.csv (a table of its parameters)", is_model,
+         true,
          [](const std::string& name, const OpenOptions& options) {
              return open_model(name, options.grid);
          }},
     Kind{"a directory of RGL .bsdf files (isotropic, RGB)",
          [](const std::string& name) { return is_rgl(name); }, true,
          [](const std::string& name, const OpenOptions& options) {
-             return open_rgl_directory(name, options.grid, options.materials);
+             return open_rgl_directory(name, options);
          },
-         [](const std::string& name, const Grid& grid) {
-             return sources_of(list_rgl_files(name),
-                               [grid](const auto& path) { return open_rgl_file(path, grid); });
+         [](const std::string& name, const OpenOptions& options) {
+             return sources_of(list_rgl_files(name), [grid = options.grid](const auto& path) {
+                 return open_rgl_file(path, grid);
+             });
          }},
     Kind{"a directory of MERL .binary files", [](const std::string&) { return true; }, false,
          [](const std::string& name, const OpenOptions& options) {
-             return open_merl_directory(name, options.materials);
+             return open_merl_directory(name, options);
          },
-         [](const std::string& name, const Grid&) {
-             return sources_of(list_merl_files(name), open_merl_file);
+         [](const std::string& name, const OpenOptions& options) {
+             const OpenOptions range = {.phi_d_range = options.phi_d_range};
+             return sources_of(list_merl_files(name),
+                               [range](const auto& path) { return open_merl_file(path, range); });
          }},
 };
 
@@ -86,6 +92,10 @@ std::unique_ptr<Database> only(std::unique_ptr<Database> database, const WantedM
     std::vector<std::size_t> places;
     for (const auto& name : *wanted) {
         const auto place = std::ranges::lower_bound(names, name);
+        if ((place == names.end() || *place != name) &&
+            std::ranges::binary_search(database->skipped(), name, {}, &BadMaterial::material)) {
+            continue;
+        }
         if (place == names.end() || *place != name) {
             throw InputError(fmt::format("{}: found no material \"{}\" among its {}",
                                          database->name(), name, names.size()));
@@ -107,12 +117,17 @@ bool is_evaluated(const std::string& name) {
     return kind_of(name).is_evaluated;
 }
 
-DatabaseListing list_database(const std::string& name, const Grid& grid) {
+DatabaseListing list_database(const std::string& name, const OpenOptions& options) {
     const auto& kind = kind_of(name);
     if (kind.list != nullptr) {
-        return {name, kind.list(name, grid)};
+        auto materials = kind.list(name, options);
+        if (materials.empty()) {
+            throw InputError(fmt::format("{}: has no materials; expected {}{}", name,
+                                         database_help(), directory_known_as(name)));
+        }
+        return {name, std::move(materials)};
     }
-    const std::shared_ptr<const Database> whole = kind.open(name, {.grid = grid});
+    const std::shared_ptr<const Database> whole = kind.open(name, options);
     std::vector<MaterialSource> sources;
     for (std::size_t m = 0; m < whole->materials().size(); ++m) {
         sources.push_back({whole->materials()[m], [whole, m] { return make_subset(whole, {m}); }});

@@ -45,7 +45,9 @@ std::string default_label(const std::string& name) {
 }
 
 bool is_same(const std::string& a, const std::string& b) {
-    const auto own = [](const std::string& name) { return name == kBuiltIn ? kBuiltInModel : name; };
+    const auto own = [](const std::string& name) {
+        return name == kBuiltIn ? kBuiltInModel : name;
+    };
     std::error_code none;
     return own(a) == own(b) || (!is_model(a) && !is_model(b) && fs::equivalent(a, b, none));
 }
@@ -156,14 +158,18 @@ std::unique_ptr<Database> open_databases(const DatabaseChoice& choice) {
     // Those with a grid of their own first: the others take it.
     std::ranges::stable_sort(members, {}, &Member::is_evaluated);
     std::vector<LabelledDatabase> opened;
-    Grid grid = choice.grid.value_or(Grid{});
+    // Over pi: what is evaluated is reciprocal, and repeated where files go to 2 pi.
+    Grid grid = choice.grid.value_or(Grid{}).over_pi();
     for (const auto& member : members) {
-        auto database = open_database(member.name, {.grid = grid, .materials = member.wanted});
-        if (choice.grid && database->grid() != grid) {
+        auto database = open_database(member.name, {.grid = grid,
+                                                    .materials = member.wanted,
+                                                    .phi_d_range = choice.phi_d_range,
+                                                    .skip_bad = choice.skip_bad});
+        if (choice.grid && database->grid().over_pi() != grid) {
             throw InputError(fmt::format("{}: the grid is {}, which files keep; {} was asked for",
                                          member.name, database->grid().text(), grid.text()));
         }
-        grid = opened.empty() ? database->grid() : grid;
+        grid = opened.empty() ? database->grid().over_pi() : grid;
         if (member.label.empty()) {
             return database;
         }
@@ -181,7 +187,8 @@ DatabaseListing list_databases(const DatabaseChoice& choice) {
     DatabaseListing listing;
     std::vector<std::string> names;
     for (const auto& member : members) {
-        auto part = list_database(member.name, grid.value_or(Grid{}));
+        auto part = list_database(member.name, {.grid = grid.value_or(Grid{}).over_pi(),
+                                                .phi_d_range = choice.phi_d_range});
         names.push_back(part.name);
         for (auto& source : part.materials) {
             if (member.wanted && !std::ranges::binary_search(*member.wanted, source.material)) {

@@ -21,6 +21,8 @@ struct NamedDatabase {
 struct DatabaseChoice {
     std::vector<NamedDatabase> databases = {};  // none: the built-in one
     std::optional<Grid> grid = {};              // where what has no grid of its own is evaluated
+    std::optional<PhiDRange> phi_d_range = {};  // OpenOptions
+    bool skip_bad = false;                      // OpenOptions
     WantedMaterials exactly = {};               // only these, called as the whole calls them
     MaterialChoice materials = {};              // of those, by patterns
 };

@@ -8,10 +8,10 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
 #include <cstdint>
 #include <numbers>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -19,205 +19,17 @@
 
 #include "engine/base/error.h"
 #include "engine/base/file.h"
+#include "engine/database/bad_files.h"
 #include "engine/database/domain.h"
 #include "engine/database/kept_samples.h"
+#include "engine/database/rgl_file.h"
 
 namespace merl::engine {
 namespace {
 
 using std::numbers::pi;
 
-static_assert(std::endian::native == std::endian::little, "RGL files are little-endian");
-
 constexpr const char* kExtension = ".bsdf";
-constexpr std::string_view kMagic("tensor_file\0", 12);
-
-// Far more than any file has, and little enough that a header can be read entry by entry.
-constexpr std::uint32_t kMostFields = 1024;
-constexpr std::uint16_t kMostNameBytes = 256;
-constexpr std::uint16_t kMostDimensions = 16;
-/// Of one array. The largest of the isotropic files of the RGL have some hundred thousand.
-constexpr std::uint64_t kMostNumbers = 1ULL << 24U;
-
-/// Bytes of a number of each type of the container; 0 is no type.
-constexpr std::array<std::uint64_t, 12> kTypeBytes = {0, 1, 1, 2, 2, 4, 4, 8, 8, 2, 4, 8};
-constexpr std::uint8_t kFloat32 = 10;
-
-/// An array of the container, as its header describes it.
-struct Field {
-    std::string name;
-    std::uint8_t type = 0;
-    std::uint64_t offset = 0;
-    std::uint64_t bytes = 0;
-    std::vector<std::uint64_t> shape;
-
-    std::string text() const {
-        return fmt::format("the field {} [{}] at byte {}", name, fmt::join(shape, ", "), offset);
-    }
-};
-
-/// What a file begins with that is none of the RGL, for people.
-std::string other_beginning(const std::string& begin) {
-    const auto is_text = [](char c) { return (c >= ' ' && c <= '~') || (c >= '\t' && c <= '\r'); };
-    if (begin.size() < kMagic.size()) {
-        return fmt::format("has {} bytes", begin.size());
-    }
-    if (std::ranges::all_of(begin, is_text)) {
-        return "is text, like the .bsdf files of Zemax and LightTools, which cannot be read";
-    }
-    const std::vector<unsigned char> bytes(begin.begin(), begin.end());
-    return fmt::format("begins with the bytes {:02x}", fmt::join(bytes, " "));
-}
-
-/// The fields of a file, each inside it and beside all others.
-class Container {
-  public:
-    explicit Container(const File& file) : file_(file) {
-        expect_magic();
-        if (const auto version = take<std::array<std::uint8_t, 2>>("its version");
-            version != std::array<std::uint8_t, 2>{1, 0}) {
-            file.fail(fmt::format("is of version {}.{}; expected 1.0", version[0], version[1]));
-        }
-        const auto count = take<std::uint32_t>("the number of fields");
-        if (count > kMostFields) {
-            file.fail(fmt::format("has {} fields; expected at most {}", count, kMostFields));
-        }
-        for (std::uint32_t i = 0; i < count; ++i) {
-            fields_.push_back(take_field(i));
-        }
-        expect_apart();
-    }
-
-    const Field* find(std::string_view name) const {
-        const auto field = std::ranges::find(fields_, name, &Field::name);
-        return field == fields_.end() ? nullptr : &*field;
-    }
-
-    /// A field of float32 of so many dimensions.
-    const Field& floats(std::string_view name, std::size_t dimensions) const {
-        const Field* const field = find(name);
-        if (field == nullptr) {
-            file_.fail(
-                fmt::format("has no field {}; expected phi_i, theta_i, sigma, ndf, vndf and "
-                            "rgb",
-                            name));
-        }
-        if (field->type != kFloat32 || field->shape.size() != dimensions) {
-            file_.fail(
-                fmt::format("{} is of type {} and {} dimensions; expected type {} (float32) "
-                            "and {}",
-                            field->text(), field->type, field->shape.size(), kFloat32, dimensions));
-        }
-        if (field->bytes / sizeof(float) > kMostNumbers) {
-            file_.fail(fmt::format("{} has {} numbers; expected at most {}", field->text(),
-                                   field->bytes / sizeof(float), kMostNumbers));
-        }
-        return *field;
-    }
-
-  private:
-    void expect_magic() {
-        std::string begin(std::min<std::uint64_t>(kMagic.size(), file_.bytes()), '\0');
-        file_.read(0, std::as_writable_bytes(std::span(begin)));
-        position_ = begin.size();
-        if (begin != kMagic) {
-            file_.fail(fmt::format(
-                "{}; expected a file of the RGL, which begins with \"tensor_file\" and a zero byte",
-                other_beginning(begin)));
-        }
-    }
-
-    /// The next bytes of the header.
-    void take(std::span<std::byte> to, std::string_view what) {
-        if (to.size() > file_.bytes() - position_) {
-            file_.fail(fmt::format("has {} bytes and ends before {}, so it is truncated",
-                                   file_.bytes(), what));
-        }
-        file_.read(position_, to);
-        position_ += to.size();
-    }
-
-    template <typename Value>
-    Value take(std::string_view what) {
-        Value value = {};
-        take(std::as_writable_bytes(std::span(&value, 1)), what);
-        return value;
-    }
-
-    Field take_field(std::uint32_t number) {
-        Field field;
-        const auto what = fmt::format("the end of its header (field {})", number);
-        const auto name_bytes = take<std::uint16_t>(what);
-        if (name_bytes > kMostNameBytes) {
-            file_.fail(fmt::format("the name of field {} has {} bytes; expected at most {}", number,
-                                   name_bytes, kMostNameBytes));
-        }
-        field.name.resize(name_bytes);
-        take(std::as_writable_bytes(std::span(field.name)), what);
-        const auto dimensions = take<std::uint16_t>(what);
-        field.type = take<std::uint8_t>(what);
-        if (dimensions > kMostDimensions) {
-            file_.fail(fmt::format("the field {} has {} dimensions; expected at most {}",
-                                   field.name, dimensions, kMostDimensions));
-        }
-        if (field.type == 0 || field.type >= kTypeBytes.size()) {
-            file_.fail(fmt::format("the field {} is of type {}; expected 1 to {}", field.name,
-                                   field.type, kTypeBytes.size() - 1));
-        }
-        field.offset = take<std::uint64_t>(what);
-        field.shape.resize(dimensions);
-        take(std::as_writable_bytes(std::span(field.shape)), what);
-        field.bytes = kTypeBytes[field.type];
-        const bool empty = std::ranges::find(field.shape, 0U) != field.shape.end();
-        for (const auto size : field.shape) {
-            if (!empty && field.bytes > file_.bytes() / size) {
-                fail_beyond(field);
-            }
-            field.bytes *= empty ? 0 : size;  // at most the size of the file: no overflow
-        }
-        if (field.bytes > file_.bytes() || field.offset > file_.bytes() - field.bytes) {
-            fail_beyond(field);
-        }
-        return field;
-    }
-
-    [[noreturn]] void fail_beyond(const Field& field) const {
-        file_.fail(
-            fmt::format("{}, type {}, ends after the {} bytes that the file has, so it is "
-                        "truncated or damaged",
-                        field.text(), field.type, file_.bytes()));
-    }
-
-    /// No field overlaps the header or another field, and none is there twice.
-    void expect_apart() const {
-        std::vector<const Field*> sorted;
-        for (const auto& field : fields_) {
-            if (find(field.name) != &field) {
-                file_.fail(fmt::format("has two fields {}; expected different names", field.name));
-            }
-            if (field.bytes > 0) {
-                sorted.push_back(&field);
-            }
-        }
-        std::ranges::sort(sorted, {}, &Field::offset);
-        std::uint64_t end = position_;
-        std::string before = "the header";
-        for (const Field* field : sorted) {
-            if (field->offset < end) {
-                file_.fail(
-                    fmt::format("{} begins before byte {}, where {} ends; expected fields "
-                                "that do not overlap",
-                                field->text(), end, before));
-            }
-            end = field->offset + field->bytes;
-            before = field->text();
-        }
-    }
-
-    const File& file_;
-    std::uint64_t position_ = 0;  // in the header
-    std::vector<Field> fields_;
-};
 
 /// Between which two of several nodes something lies, and how far from the first to the second.
 struct Place {
@@ -285,7 +97,7 @@ class RglMaterial {
     explicit RglMaterial(const std::filesystem::path& path) {
         File file(path);
         file.settle();
-        const Container container(file);
+        const RglFile container(file);
         if (container.find("rgb") == nullptr &&
             (container.find("spectra") != nullptr || container.find("wavelengths") != nullptr)) {
             file.fail(
@@ -354,7 +166,7 @@ class RglMaterial {
     static constexpr double kNotNegative = 0;
     static constexpr double kAny = std::numeric_limits<double>::lowest();
 
-    static std::vector<float> read_numbers(const File& file, const Field& field, double least) {
+    static std::vector<float> read_numbers(const File& file, const RglField& field, double least) {
         std::vector<float> values(field.bytes / sizeof(float));
         file.read(field.offset, std::as_writable_bytes(std::span(values)));
         for (std::size_t i = 0; i < values.size(); ++i) {
@@ -367,7 +179,7 @@ class RglMaterial {
         return values;
     }
 
-    static std::vector<float> read_angles(const File& file, const Field& field) {
+    static std::vector<float> read_angles(const File& file, const RglField& field) {
         if (field.bytes == 0) {
             file.fail(fmt::format("{} is empty; expected at least one angle", field.text()));
         }
@@ -381,7 +193,7 @@ class RglMaterial {
     }
 
     /// `before` are the sizes of the dimensions before the last two.
-    static Maps read_maps(const File& file, const Field& field,
+    static Maps read_maps(const File& file, const RglField& field,
                           std::span<const std::uint64_t> before, double least) {
         const auto sides = std::span(field.shape).last(2);
         if (!std::ranges::equal(std::span(field.shape).first(before.size()), before) ||
@@ -493,17 +305,27 @@ class RglDatabase final : public Database {
   public:
     /// `name` is what it is called and where it is.
     RglDatabase(const std::filesystem::path& name, const char* kind,
-                std::vector<MaterialFile> files, const Grid& grid)
+                std::vector<MaterialFile> files, const OpenOptions& options)
         : Database(name.string(), kind,
                    std::filesystem::absolute(name).lexically_normal().string()),
           files_(std::move(files)),
-          domain_(grid),
-          kept_(grid, files_.size()) {
-        grid_ = grid;
-        for (const auto& file : files_) {
-            measured_.emplace_back(file.path);
-            materials_.push_back(file.material);
+          domain_(options.grid),
+          kept_(options.grid, files_.size()) {
+        grid_ = options.grid;
+        std::vector<std::optional<RglMaterial>> measured(files_.size());
+        const auto faults = faults_of(files_.size(), [&](std::size_t i) {
+            measured[i].emplace(files_[i].path);
+            if (options.skip_bad) {
+                check(*measured[i], files_[i].path);
+            }
+        });
+        for (std::size_t i = 0; i < files_.size(); ++i) {
+            if (faults[i].empty()) {
+                measured_.push_back(std::move(*measured[i]));
+                materials_.push_back(files_[i].material);
+            }
         }
+        skipped_ = engine::skip_bad(name_, files_, faults, options);
     }
 
     void read(std::size_t material, VoxelRange range, std::span<double> samples,
@@ -511,9 +333,14 @@ class RglDatabase final : public Database {
         if (sink && range.first == 0) {
             measured_.at(material).identify(sink);
         }
-        kept_.read(material, range, samples, [&](VoxelRange part, std::span<double> planes) {
-            compute(material, part, planes);
-        });
+        try {
+            kept_.read(material, range, samples, [&](VoxelRange part, std::span<double> planes) {
+                compute(material, part, planes);
+            });
+        } catch (const InputError& error) {
+            bad_.fail(*this, error,
+                      [&](std::size_t other) { check(measured_[other], files_[other].path); });
+        }
     }
 
     std::uint64_t keep(std::uint64_t bytes) const override { return kept_.keep(bytes); }
@@ -522,16 +349,37 @@ class RglDatabase final : public Database {
     void compute(std::size_t material, VoxelRange range, std::span<double> planes) const {
         // Isolated, because a caller's thread that waits here must not begin others of its tasks.
         tbb::this_task_arena::isolate([&] {
-            tbb::parallel_for(tbb::blocked_range(range.first, range.last, 256),
-                              [&](const auto& part) {
-                                  for (std::uint64_t i = part.begin(); i != part.end(); ++i) {
-                                      const auto f = reflectance(material, domain_.voxel(i));
-                                      for (std::size_t plane = 0; plane < 3; ++plane) {
-                                          planes[plane * range.size() + i - range.first] = f[plane];
-                                      }
-                                  }
-                              });
+            tbb::parallel_for(
+                tbb::blocked_range(range.first, range.last, 256), [&](const auto& part) {
+                    for (std::uint64_t i = part.begin(); i != part.end(); ++i) {
+                        const auto f = reflectance(measured_[material], domain_.voxel(i));
+                        for (std::size_t plane = 0; plane < 3; ++plane) {
+                            planes[plane * range.size() + i - range.first] = f[plane];
+                        }
+                    }
+                });
         });
+        require_good(files_[material].path, range, planes);
+    }
+
+    /// Throws unless all samples of a material can be used; in the thread that calls it.
+    void check(const RglMaterial& measured, const std::filesystem::path& path) const {
+        constexpr std::uint64_t kVoxelsAtATime = 16384;
+        for (std::uint64_t first = 0; first < grid_.voxels(); first += kVoxelsAtATime) {
+            const VoxelRange range = {first, std::min(first + kVoxelsAtATime, grid_.voxels())};
+            std::vector<double> planes(3 * range.size());
+            for (std::uint64_t i = range.first; i < range.last; ++i) {
+                const auto f = reflectance(measured, domain_.voxel(i));
+                for (std::size_t plane = 0; plane < 3; ++plane) {
+                    planes[plane * range.size() + i - range.first] = f[plane];
+                }
+            }
+            require_good(path, range, planes);
+        }
+    }
+
+    void require_good(const std::filesystem::path& path, VoxelRange range,
+                      std::span<const double> planes) const {
         const auto good = [](double value) { return value >= 0 && value <= kMaxReflectance; };
         const auto bad = std::ranges::find_if_not(planes, good);
         if (bad != planes.end()) {
@@ -540,14 +388,14 @@ class RglDatabase final : public Database {
             throw InputError(fmt::format(
                 "{}: makes voxel theta_h {}, theta_d {}, phi_d {} {}/sr; expected a finite number, "
                 "at most {}; its rgb, ndf or sigma may be damaged",
-                files_[material].path.string(), index / grid_.phi_d / grid_.theta_d,
+                path.string(), index / grid_.phi_d / grid_.theta_d,
                 index / grid_.phi_d % grid_.theta_d, index % grid_.phi_d, *bad, kMaxReflectance));
         }
     }
 
     /// The reciprocal f that fits f·cos θ_o and f·cos θ_i best, measured both ways; zero below the
     /// horizon.
-    std::array<double, 3> reflectance(std::size_t material, const Voxel& v) const {
+    static std::array<double, 3> reflectance(const RglMaterial& measured, const Voxel& v) {
         if (!v.above_horizon()) {
             return {};
         }
@@ -555,7 +403,6 @@ class RglDatabase final : public Database {
         const double across = std::cos(v.phi_d) * std::cos(v.theta_h) * std::sin(v.theta_d);
         const double aside = std::sin(v.phi_d) * std::sin(v.theta_d);
         const double u_theta_m = u_of_theta(v.theta_h);
-        const auto& measured = measured_[material];
         const auto from = [&](double x, double y, double z) {
             return measured.evaluate(std::atan2(std::hypot(x, y), z), std::atan2(y, x), u_theta_m);
         };
@@ -573,6 +420,7 @@ class RglDatabase final : public Database {
     std::vector<RglMaterial> measured_;
     Domain domain_;
     mutable KeptSamples kept_;
+    mutable BadSamples bad_;
 };
 
 }  // namespace
@@ -594,9 +442,12 @@ bool is_rgl(const std::filesystem::path& path) {
 }
 
 std::unique_ptr<Database> open_rgl_directory(const std::filesystem::path& directory,
-                                             const Grid& grid, const WantedMaterials& wanted) {
-    return std::make_unique<RglDatabase>(directory, "RGL directory",
-                                         list_database_files(directory, kExtension, wanted), grid);
+                                             const OpenOptions& options) {
+    auto database = std::make_unique<RglDatabase>(
+        directory, "RGL directory", list_database_files(directory, kExtension, options.materials),
+        options);
+    require_any(*database);
+    return database;
 }
 
 std::vector<MaterialFile> list_rgl_files(const std::filesystem::path& path) {
@@ -606,7 +457,8 @@ std::vector<MaterialFile> list_rgl_files(const std::filesystem::path& path) {
 }
 
 std::unique_ptr<Database> open_rgl_file(const std::filesystem::path& path, const Grid& grid) {
-    return std::make_unique<RglDatabase>(path, "RGL file", std::vector{MaterialFile(path)}, grid);
+    return std::make_unique<RglDatabase>(path, "RGL file", std::vector{MaterialFile(path)},
+                                         OpenOptions{.grid = grid});
 }
 
 }  // namespace merl::engine

@@ -15,11 +15,11 @@ bool is_rgl(const std::filesystem::path& path);
 
 /// A directory of isotropic RGL `.bsdf` files in RGB, evaluated at the voxel centres of any grid
 /// as docs/file-formats.md says. Nothing is ever "not measured", and below the horizon it is zero.
-/// Files that are wanted are read whole here, and not again. Throws InputError unless there is one,
-/// and all are whole.
+/// Files that are wanted are read whole here, and not again. Throws InputError unless one can be
+/// used, and without skip_bad all that are wanted; of several bad ones BadFilesError. To skip bad
+/// ones everything is evaluated once.
 std::unique_ptr<Database> open_rgl_directory(const std::filesystem::path& directory,
-                                             const Grid& grid = {},
-                                             const WantedMaterials& wanted = {});
+                                             const OpenOptions& options = {});
 
 /// The files of a directory, or the one file, that `path` is. Throws InputError when the directory
 /// cannot be read.

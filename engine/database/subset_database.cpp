@@ -14,6 +14,7 @@ class SubsetDatabase final : public Database {
           whole_(std::move(whole)),
           places_(std::move(places)) {
         grid_ = whole_->grid();
+        skipped_ = whole_->skipped();
         for (const auto place : places_) {
             materials_.push_back(whole_->materials().at(place));
         }

@@ -44,7 +44,7 @@ constexpr double kPixelOperations = 16 * 500;
 struct Push {
     std::uint32_t phi_d, theta_d, theta_h, size;
     float light[3];
-    float tangent, camera;
+    float tangent, camera, phi_range;
 };
 
 Push make_push(const Grid& grid, const SphereOptions& options, std::size_t light) {
@@ -60,7 +60,8 @@ Push make_push(const Grid& grid, const SphereOptions& options, std::size_t light
             options.size,
             {number(l[0] / length), number(l[1] / length), number(l[2] / length)},
             number(tangent),
-            number(camera)};
+            number(camera),
+            number(grid.phi_d_range == PhiDRange::pi ? std::numbers::pi : 2 * std::numbers::pi)};
 }
 
 std::vector<std::uint32_t> compile_sphere() {

@@ -15,12 +15,12 @@
 struct Voxel {
     float theta_h;  // half-difference angles of the voxel's centre, radians
     float theta_d;
-    float phi_d;
+    float phi_d;    // below pi: beyond it a voxel is described by the one at phi_d - pi
     float s_merl;  // MERL scale factor
     float cos_theta_i;
     float cos_theta_o;
     float solid_angle;  // of its pairs of directions, sr^2: 4 pi s_merl / voxels
-    float voxels;       // of the whole grid, also those below the horizon
+    float voxels;       // of the whole grid over pi, also those below the horizon
     int theta_h_layer;  // of the grid, from 0, and how many there are
     int theta_h_layers;
     int theta_d_layer;

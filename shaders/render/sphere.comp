@@ -14,6 +14,7 @@ layout(push_constant) uniform Push {
     vec3 light;           // unit vector towards the light
     float tangent;        // of half the field of view
     float camera;         // where on the z axis
+    float phi_range;      // where phi_d ends: pi or 2 pi
 };
 
 const float kPi = 3.14159265358979;
@@ -62,9 +63,9 @@ vec3 radiance(vec3 n, vec3 eye) {
     float theta_d = atan(length(d), dot(light, h));
     float phi_d = any(notEqual(d, vec2(0.0))) ? atan(d.y, d.x) : 0.0;
     if (phi_d < 0.0) {
-        phi_d += kPi;  // reciprocity: light and eye change places
+        phi_d += phi_range;  // over pi, reciprocity: light and eye change places
     }
-    return look_up(vec3(phi_d / kPi, theta_d / (kPi / 2.0), sqrt(theta_h / (kPi / 2.0)))) * cos_theta_i;
+    return look_up(vec3(phi_d / phi_range, theta_d / (kPi / 2.0), sqrt(theta_h / (kPi / 2.0)))) * cos_theta_i;
 }
 
 /// The ray through a place of the image, in pixels.

@@ -242,11 +242,16 @@ class Info(Case):
 
     def test_over_all_of_phi_d(self):
         write_database(self.work / "db", 2, (9, 9, 36))
-        for command in ("database", "info"), ("scan", "--database"):
-            result = self.run_program(*command, "db")
-            self.assertEqual(result.returncode, INPUT)
-            self.assertIn("9 x 9 x 36; so many phi_d are those of a BRDF over [0, 2 pi)",
-                          result.stdout + result.stderr)
+        output = self.assert_success("database", "info", "db")
+        self.assertIn("2 of 2 can be read; grid 9 x 9 x 36 (theta_h x theta_d x phi_d over 2 pi), phi_d over "
+                      "[0, 2 pi)\n", output)
+        output = self.assert_success("database", "info", "db", "--phi-d-range", "pi")
+        self.assertIn("; grid 9 x 9 x 36 (theta_h x theta_d x phi_d), phi_d over [0, pi)\n", output)
+        (self.work / "db" / "half.binary").write_bytes(merl_bytes(samples(5, (9, 9, 18)), (9, 9, 18)))
+        output = self.assert_success("database", "info", "db")
+        self.assertIn("3 of 3 can be read", output)
+        self.assertIn("; 1 over [0, pi) count as repeated after pi\n", output)
+        self.assert_refused(USAGE, ["--phi-d-range", "2pi"], "database", "info", "db", "--phi-d-range", "360")
 
     def test_file(self):
         write_database(self.work / "db", 1)

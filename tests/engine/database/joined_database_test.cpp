@@ -6,8 +6,8 @@
 #include <fstream>
 
 #include "engine/base/error.h"
-#include "engine/database/model_database.h"
 #include "engine/database/content_hash.h"
+#include "engine/database/model_database.h"
 #include "engine/database/open_databases.h"
 #include "engine/database/subset_database.h"
 #include "engine/distance/distances.h"

@@ -139,17 +139,21 @@ TEST(MerlFile, NegativeNumbersOfAnySizeAreNotMeasured) {
     }
 }
 
-TEST(MerlFile, AFileOverAllOfPhiDIsRefused) {
+TEST(MerlFile, AFileOverAllOfPhiDIsToldByItsSizes) {
     const test::TemporaryDirectory directory;
     const auto path = directory.path / "m.binary";
     for (const auto& [theta_h, theta_d, phi_d] :
          {std::array{9, 9, 36}, std::array{3, 5, 20}, std::array{1, 1, 4}}) {
         write_bytes(path, header(theta_h, theta_d, phi_d) +
                               numbers(static_cast<std::size_t>(3 * theta_h * theta_d * phi_d), 1));
-        expect_refused(path, "over [0, 2 pi)", [&] { read_merl_header(path); });
+        EXPECT_EQ(read_merl_header(path).grid.phi_d_range, PhiDRange::two_pi);
+        EXPECT_EQ(read_merl_header(path, PhiDRange::pi).grid.phi_d_range, PhiDRange::pi);
     }
     write_bytes(path, header(9, 9, 35) + numbers(std::size_t{3} * 9 * 9 * 35, 1));
     EXPECT_EQ(read_merl_header(path).grid.phi_d, 35U);
+    EXPECT_EQ(read_merl_header(path).grid.phi_d_range, PhiDRange::pi);
+    expect_refused(path, "over [0, 2 pi) the number of phi_d is even",
+                   [&] { read_merl_header(path, PhiDRange::two_pi); });
 }
 
 /// A file that was opened once, and what happens to it before it is opened again.

@@ -408,11 +408,11 @@ TEST(RglDatabase, WhatItKeepsChangesNoBit) {
     write_file(directory.path / "b.bsdf", file_of(made_up()));
     constexpr Grid grid = {.theta_h = 40, .theta_d = 30, .phi_d = 35};
     const std::uint64_t bytes = 24 * grid.voxels();
-    EXPECT_EQ(make_subset(open_rgl_directory(directory.path, grid), {1})->keep(7), 7U);
+    EXPECT_EQ(make_subset(open_rgl_directory(directory.path, {.grid = grid}), {1})->keep(7), 7U);
     std::vector<double> expected(3 * grid.voxels());
-    open_rgl_directory(directory.path, grid)->read(1, {0, grid.voxels()}, expected);
+    open_rgl_directory(directory.path, {.grid = grid})->read(1, {0, grid.voxels()}, expected);
     for (const std::uint64_t most : {std::uint64_t{0}, bytes / 2, bytes, 9 * bytes}) {
-        const auto database = open_rgl_directory(directory.path, grid);
+        const auto database = open_rgl_directory(directory.path, {.grid = grid});
         EXPECT_EQ(database->keep(most), std::min(most, 2 * bytes));
         EXPECT_EQ(database->keep(most / 2), std::min(most, 2 * bytes));
         for (const std::uint64_t step :

@@ -120,6 +120,49 @@ TEST(Spheres, ClosedFormForNarrowAndWideFieldsOfView) {
     }
 }
 
+TEST(Spheres, OverTwoPiLightAndEyeAreTold) {
+    // Three times as bright where phi_d is beyond pi, which is where light.(n x h) is negative.
+    const Grid grid = {.theta_h = 8, .theta_d = 6, .phi_d = 400, .phi_d_range = PhiDRange::two_pi};
+    const test::FunctionDatabase database(grid, 1, [](std::size_t, std::uint64_t v, std::size_t) {
+        return (v % 400 < 200 ? 1 : 3) / pi;
+    });
+    const SphereOptions options = {.size = 41, .field_of_view = 60, .lights = {{1, 1, 1}}};
+    const auto image = render(test::lavapipe(), database, {0}, options).at(0);
+    const double half = std::tan(options.field_of_view * pi / 360);
+    const double camera = std::sqrt(1 + 1 / std::pow(0.9 * half, 2));
+    std::array<int, 2> seen = {};
+    for (std::uint32_t y = 0; y < options.size; ++y) {
+        for (std::uint32_t x = 0; x < options.size; ++x) {
+            const auto [lambertian, share] = closed_form(x, y, options, options.lights[0]);
+            const double u = (2 * (x + 0.5) / options.size - 1) * half;
+            const double v = (1 - 2 * (y + 0.5) / options.size) * half;
+            const double a = u * u + v * v + 1;
+            const double root = camera * camera - a * (camera * camera - 1);
+            if (share < 1 || lambertian < 0.05 || root < 0) {
+                continue;
+            }
+            const double t = (camera - std::sqrt(root)) / a;
+            const std::array<double, 3> n = {t * u, t * v, camera - t};
+            const double eye_norm = std::hypot(-u, -v, 1.0);
+            std::array<double, 3> h = {-u / eye_norm, -v / eye_norm, 1 / eye_norm};
+            for (double& component : h) {
+                component += 1 / std::sqrt(3.0);
+            }
+            const double triple = (n[1] * h[2] - n[2] * h[1]) + (n[2] * h[0] - n[0] * h[2]) +
+                                  (n[0] * h[1] - n[1] * h[0]);
+            if (std::abs(triple) < 0.1) {
+                continue;  // the border may go through the pixel
+            }
+            ++seen[triple > 0 ? 0 : 1];
+            ASSERT_NEAR(image.pixels[y * options.size + x][0] / lambertian, triple > 0 ? 1 : 3,
+                        0.02)
+                << x << ' ' << y;
+        }
+    }
+    EXPECT_GT(seen[0], 50);
+    EXPECT_GT(seen[1], 50);
+}
+
 TEST(Spheres, StagingGivesTheSame) {
     const test::FunctionDatabase database(kGrid, 3, test::random_sample);
     const SphereOptions options = {.size = 33, .field_of_view = 60, .lights = {{1, 2, 3}}};

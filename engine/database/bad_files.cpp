@@ -1,0 +1,136 @@
+#include "engine/database/bad_files.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <tbb/global_control.h>
+
+#include <algorithm>
+#include <atomic>
+#include <system_error>
+#include <thread>
+#include <utility>
+
+namespace merl::engine {
+BadFilesError::BadFilesError(const std::string& database, std::size_t files,
+                             const std::vector<BadMaterial>& bad)
+    : InputError(fmt::format("{}: {} of {} files cannot be used: {}", database, bad.size(), files,
+                             fmt::join(reasons(bad), "; "))) {}
+
+std::vector<std::string> reasons(const std::vector<BadMaterial>& bad) {
+    constexpr std::size_t kMost = 20;
+    std::vector<std::string> lines;
+    for (const auto& material : bad) {
+        if (lines.size() == kMost) {
+            lines.push_back(fmt::format("and {} more", bad.size() - kMost));
+            break;
+        }
+        lines.push_back(material.reason);
+    }
+    return lines;
+}
+
+std::vector<std::string> faults_of(std::size_t count, const std::function<void(std::size_t)>& use) {
+    std::vector<std::string> faults(count);
+    std::atomic<std::size_t> next = 0;
+    std::mutex other_mutex;
+    std::exception_ptr other;
+    const auto work = [&] {
+        for (std::size_t i = next++; i < count; i = next++) {
+            try {
+                use(i);
+            } catch (const InputError& error) {
+                faults[i] = error.what();
+            } catch (...) {
+                const std::scoped_lock lock(other_mutex);
+                other = std::current_exception();
+                next = count;
+            }
+        }
+    };
+    {
+        // Not TBB's: its threads would stay, and what opens a database may copy its process later.
+        const auto most =
+            tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism);
+        std::vector<std::jthread> threads;
+        for (std::size_t i = 1; i < std::min(count, most); ++i) {
+            try {
+                threads.emplace_back(work);
+            } catch (const std::system_error&) {
+                break;  // there can be no more; fewer do
+            }
+        }
+        work();
+    }
+    if (other) {
+        std::rethrow_exception(other);
+    }
+    return faults;
+}
+
+std::vector<BadMaterial> skip_bad(const std::string& database, std::vector<MaterialFile>& files,
+                                  const std::vector<std::string>& faults,
+                                  const OpenOptions& options) {
+    std::vector<BadMaterial> bad;
+    std::vector<MaterialFile> good;
+    for (std::size_t i = 0; i < files.size(); ++i) {
+        if (faults[i].empty()) {
+            good.push_back(files[i]);
+        } else {
+            bad.push_back({files[i].material, faults[i]});
+        }
+    }
+    if (!options.skip_bad && bad.size() == 1) {
+        throw InputError(bad.front().reason);
+    }
+    if (!options.skip_bad && bad.size() > 1) {
+        throw BadFilesError(database, files.size(), bad);
+    }
+    files = std::move(good);
+    return bad;
+}
+
+std::vector<std::string> skipped_lines(const Database& database) {
+    return skipped_lines(database.name(), database.skipped(), database.materials().size());
+}
+
+std::vector<std::string> skipped_lines(const std::string& database,
+                                       const std::vector<BadMaterial>& skipped, std::size_t left) {
+    std::vector<std::string> lines;
+    if (!skipped.empty()) {
+        lines.push_back(fmt::format("{}: {} of {} files cannot be used and are left out", database,
+                                    skipped.size(), skipped.size() + left));
+        for (const auto& reason : reasons(skipped)) {
+            lines.push_back("left out: " + reason);
+        }
+    }
+    return lines;
+}
+
+void require_any(const Database& database) {
+    if (database.materials().empty()) {
+        throw InputError(fmt::format("{}: none of {} files can be used: {}", database.name(),
+                                     database.skipped().size(),
+                                     fmt::join(reasons(database.skipped()), "; ")));
+    }
+}
+
+void BadSamples::fail(const Database& database, const InputError& first,
+                      const std::function<void(std::size_t)>& check) {
+    std::call_once(looked_, [&] {
+        error_ = std::make_exception_ptr(InputError(first.what()));
+        const auto& materials = database.materials();
+        const auto faults = faults_of(materials.size(), check);
+        std::vector<BadMaterial> bad;
+        for (std::size_t m = 0; m < materials.size(); ++m) {
+            if (!faults[m].empty()) {
+                bad.push_back({materials[m], faults[m]});
+            }
+        }
+        if (bad.size() > 1) {
+            error_ = std::make_exception_ptr(BadFilesError(database.name(), materials.size(), bad));
+        }
+    });
+    std::rethrow_exception(error_);
+}
+
+}  // namespace merl::engine
