@@ -86,6 +86,8 @@ class Documented(Case):
         self.assert_tables("score", "--distances", "t.csv", "--judgements", "said.csv")
 
     def test_tune(self):
+        write_rows(self.work / "said.csv", ["reference", "a", "b", "votes_a", "votes_b"],
+                   [["m00", "m01", "m02", 3, 1]])
         self.assert_tables("tune", "--metric", "ngan", "--evaluations", "1", "--database", "db", "--judgements",
                            "said.csv")
 
