@@ -122,7 +122,7 @@ std::string summary_json(const Options& options, const Outcome& o) {
                                {"materials", validation_json(tuning.by_materials)}}},
                              {"doubts", texts_json(o.result.doubts)},
                              {"evaluations", tuning.evaluations},
-                             {"from_means", o.result.is_quick},
+                             {"from_means", o.result.from_means},
                              {"refined_distances", o.result.refined}});
     json["options"] = computing_options_json(options.computing);
     json["options"]["seed"] = options.seed;
@@ -352,8 +352,8 @@ void add_tune(CLI::App& program, Command& chosen) {
     add_database_options(*command, options->computing.database);
     command
         ->add_option("--evaluations", options->evaluations,
-                     fmt::format("The most distances of all pairs that one fit may ask for "
-                                 "(default: {}, or {} where each is a computation)",
+                     fmt::format("How often one fit may have the distances of all pairs evaluated "
+                                 "(default: {} for a summary of the library, {} for others)",
                                  pipeline::quick_evaluations, pipeline::slow_evaluations))
         ->transform(whole_number(1, 1'000'000));
     command

@@ -44,6 +44,14 @@ Metric with_values(const Metric& metric, std::span<const std::size_t> places,
     return engine::with_parameters(metric, all);
 }
 
+std::vector<double> start_of(std::span<const scan::TuneParameter> parameters) {
+    std::vector<double> values;
+    for (const auto& parameter : parameters) {
+        values.push_back(parameter.start);
+    }
+    return values;
+}
+
 /// Calls `compute`, and names the values under which something cannot be used.
 template <typename Compute>
 auto named(const Metric& metric, const Compute& compute) {
@@ -67,7 +75,7 @@ class SearchDistances {
           memory_bytes_(memory_bytes),
           control_(control) {
         std::vector<Metric> metrics = {metric};
-        if (metric.is_summary() && metric.has_twin()) {
+        if (metric.is_summary()) {
             for (const double probe : kProbes) {
                 std::vector<double> values;
                 for (const auto& parameter : parameters) {
@@ -77,20 +85,32 @@ class SearchDistances {
             }
         }
         auto result = compute(metrics, [&](double share) { control.update("distances", share); });
+        provenance_ = provenance_of(database, result);
         seconds_ = result.seconds.without_opening();
         const auto& means = result.distances[0].means;
-        is_quick_ = metrics.size() > 1 && std::ranges::all_of(result.distances, [&](const auto& d) {
-                        return d.means == means;
-                    });
+        from_means_ =
+            metric.is_summary() &&
+            std::ranges::all_of(result.distances, [&](const auto& d) { return d.means == means; });
         means_ = std::move(result.distances[0].means);
-        provenance_ = provenance_of(database, result);
+        if (from_means_ && !metric.has_twin()) {
+            const Metric* const one[] = {&metric};
+            std::vector<std::string> warnings;  // which compute() has given already
+            engine_ = engines.share(one, warnings).front().engine;
+            Stopwatch watch;
+            at(start_of(parameters));
+            seconds_ = watch.lap();
+        }
     }
 
-    bool is_quick() const { return is_quick_; }
+    /// Whether they come from means that were read once.
+    bool from_means() const { return from_means_; }
+
+    /// Whether they come at once, to any thread, and not from a device or the database.
+    bool is_quick() const { return from_means_ && metric_.has_twin(); }
 
     const DatabaseProvenance& provenance() const { return provenance_; }
 
-    /// Of reading everything once.
+    /// Of one evaluation, if they are not quick.
     double seconds() const { return seconds_; }
 
     Metric metric_with(std::span<const double> values) const {
@@ -100,10 +120,14 @@ class SearchDistances {
     std::vector<double> at(std::span<const double> values) const {
         const std::array metrics = {metric_with(values)};
         return named(metrics[0], [&] {
-            if (is_quick_) {
-                return engine::summary_values(metrics[0], means_, database_.materials());
+            const std::function<void()> meanwhile = [&] { control_.update("fitting", share_); };
+            if (from_means_) {
+                const auto features = is_quick()
+                                          ? engine::twin_features(metrics[0], engine::Threads::own)
+                                          : engine_->features(metrics[0], meanwhile);
+                return engine::summary_values(metrics[0], means_, features, database_.materials());
             }
-            auto result = compute(metrics, [&](double) { control_.update("fitting", share_); });
+            auto result = compute(metrics, [&](double) { meanwhile(); });
             return std::move(result.distances[0].values);
         });
     }
@@ -128,7 +152,8 @@ class SearchDistances {
     std::vector<std::size_t> places_;
     std::uint64_t memory_bytes_;
     const Control& control_;
-    bool is_quick_ = false;
+    bool from_means_ = false;
+    engine::Engine* engine_ = nullptr;  // where a device evaluates the features
     double seconds_ = 0;
     DatabaseProvenance provenance_;
     double share_ = 0;
@@ -199,15 +224,15 @@ TuneResult tune(engine::Engines& engines, const engine::Database& database, cons
     Stopwatch watch;
     SearchDistances distances(engines, database, metric, parameters, options.memory_bytes, control);
     result.reading_seconds = watch.lap();
-    result.is_quick = distances.is_quick();
+    result.from_means = distances.from_means();
     const scan::TuneOptions search = {
-        .fit = {.evaluations = options.evaluations.value_or(result.is_quick ? quick_evaluations
-                                                                            : slow_evaluations),
+        .fit = {.evaluations = options.evaluations.value_or(
+                    distances.is_quick() ? quick_evaluations : slow_evaluations),
                 .seed = options.seed},
-        .at_once = result.is_quick};
+        .at_once = distances.is_quick()};
     if (options.begin) {
         options.begin({.database = distances.provenance(),
-                       .is_quick = result.is_quick,
+                       .is_quick = distances.is_quick(),
                        .evaluations = scan::most_evaluations(result.judgements, search.fit),
                        .seconds_per_evaluation = distances.seconds()});
     }
@@ -225,7 +250,7 @@ TuneResult tune(engine::Engines& engines, const engine::Database& database, cons
     result.distances =
         compute_pair_distances(engines, database, both, options.memory_bytes, control);
     auto& table = result.distances.table;
-    if (result.is_quick) {
+    if (result.from_means) {
         require_same(result.metric, distances.at(result.tuning.fit.values), table.metrics[1]);
     }
     watch.lap();

@@ -23,8 +23,9 @@ namespace merl::pipeline {
 std::vector<scan::TuneParameter> tune_parameters(const engine::Metric& metric,
                                                  std::span<const std::string> names);
 
-/// So many evaluations of distances has a fit at most, unless it is said: where they come from the
-/// means of a summary, in a fraction of a millisecond; and where every one is a computation.
+/// So many evaluations of distances has a fit at most, unless it is said: of a summary of the
+/// library, whose distances come from means in a fraction of a millisecond; and of any other
+/// metric.
 inline constexpr std::uint32_t quick_evaluations = 2000;
 inline constexpr std::uint32_t slow_evaluations = 100;
 
@@ -47,7 +48,7 @@ struct TuneResult {
     engine::Metric metric;        // with the fitted parameters
     scan::Judgements judgements;  // on the materials of the database
     scan::Tuning tuning;
-    bool is_quick = false;               // TuneBegin
+    bool from_means = false;             // whether distances came from means that were read once
     PairDistances distances;             // before and after, computed as for any other command
     std::vector<std::uint64_t> refined;  // of these, recomputed in float64
     std::vector<std::string> doubts;     // why not to believe it, one sentence each
@@ -57,11 +58,11 @@ struct TuneResult {
 };
 
 /// Fits parameters of a metric to judgements (scan/tune/tune.h), from its own values on. Of a
-/// summary of the library every material is read once, and then once more for the distances before
-/// and after; under another metric once for each evaluation. `tuning.scores` are of the last, what
-/// float32 leaves open refined. The stages are "distances", "fitting" and "refining". Throws what
-/// compute_pair_distances() and resolve_judgements() throw, InputError where distances cannot be
-/// had under some values in the ranges, and Cancelled.
+/// summary every material is read once, and then once more for the distances before and after;
+/// under another metric, or where windows depend on what is fitted, once for each evaluation.
+/// `tuning.scores` are of the last, what float32 leaves open refined. The stages are "distances",
+/// "fitting" and "refining". Throws what compute_pair_distances() and resolve_judgements() throw,
+/// InputError where distances cannot be had under some values in the ranges, and Cancelled.
 TuneResult tune(engine::Engines& engines, const engine::Database& database,
                 const engine::Metric& metric, std::span<const scan::TuneParameter> parameters,
                 const scan::JudgementFile& judgements, const TuneOptions& options = {},

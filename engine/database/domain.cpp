@@ -76,9 +76,12 @@ void Domain::row(std::uint64_t first, std::span<Voxel> voxels) const {
     std::ranges::fill(voxels, voxel(first));
     const Angle& theta_d = theta_d_[first / grid_.phi_d % grid_.theta_d];
     const Angle& theta_h = theta_h_[first / grid_.phi_d / grid_.theta_d];
-    const auto r = first % grid_.phi_d;
-    for (std::size_t k = 0; k < voxels.size(); ++k) {
-        turn(voxels[k], phi_d_[r + k], theta_d, theta_h);
+    auto phi_d = phi_d_.begin() + static_cast<std::ptrdiff_t>(first % grid_.phi_d % phi_d_.size());
+    for (auto& voxel : voxels) {
+        turn(voxel, *phi_d, theta_d, theta_h);
+        if (++phi_d == phi_d_.end()) {  // as before, beyond pi
+            phi_d = phi_d_.begin();
+        }
     }
 }
 

@@ -5,7 +5,7 @@
 #include <string_view>
 #include <vector>
 
-#include "engine/database/material_choice.h"
+#include "engine/database/database.h"
 
 namespace merl::engine {
 

@@ -161,59 +161,84 @@ void declare(const device::FloatControls& floats, bool keeps_nan, spirv::Module&
     }
 }
 
-}  // namespace
+/// Compiles kernels of the framework with one metric.
+class Compiler {
+  public:
+    Compiler(const Metric& metric, const device::FloatControls& floats)
+        : metric_(metric),
+          floats_(floats),
+          text_{ShaderText{"parameters", parameters_text(metric)},
+                ShaderText{kText, metric.is_checked() ? preprocessed(metric) : metric.source}},
+          preamble_(preamble(metric, floats)) {
+        if ((metric.is_checked() || metric.is_summary()) && !floats.float64) {
+            throw std::logic_error(metric.name + " needs float64 in shaders");
+        }
+    }
 
-MetricKernels compile_kernels(const Metric& metric, const device::FloatControls& floats) {
-    const bool is_checked = metric.is_checked();
-    if ((is_checked || metric.is_summary()) && !floats.float64) {
-        throw std::logic_error(metric.name + " needs float64 in shaders");
-    }
-    const std::array<ShaderText, 2> text = {
-        ShaderText{"parameters", parameters_text(metric)},
-        ShaderText{kText, is_checked ? preprocessed(metric) : metric.source}};
-    std::string preamble = fmt::format(
-        "#define BLOCK_VOXELS {}\n#define CELL_VOXELS {}\n#define CHUNK_TEXELS {}\n"
-        "#define RUN_TEXELS {}\n#define WINDOW_LANES {}\n",
-        kBlockVoxels, kCellVoxels, kChunkTexels, kRunTexels, kWindowLanes);
-    if (is_checked) {
-        preamble += "#define GUARDED\n";
-    }
-    if (floats.adds_float64) {
-        preamble += "#define ADDS_FLOAT64\n";
-    }
-    if (floats.to_nearest) {
-        preamble += "#define ROUNDS_TO_NEAREST\n";
-    }
-    if (metric.is_summary()) {
-        preamble += fmt::format("#define WINDOWS {}\n", metric.header.windows.size());
-    } else if (metric.has_degree()) {
-        const auto slash = metric.header.degree_text.find('/');
-        preamble += fmt::format(
-            "#define DEGREE_NUMERATOR {}\n#define DEGREE_DENOMINATOR {}\n",
-            metric.header.degree_text.substr(0, slash),
-            slash == std::string::npos ? "1" : metric.header.degree_text.substr(slash + 1));
-    }
-    const auto any_file = [](std::string_view name, std::string_view) { return find_file(name); };
-    const auto compile = [&](const char* stage, bool has_metric) {
+    std::vector<std::uint32_t> kernel(const char* stage, bool has_metric) const {
+        const auto any_file = [](std::string_view name, std::string_view) {
+            return find_file(name);
+        };
         const auto* const shader = find_file(fmt::format("framework/{}.comp", stage));
-        const bool is_guarded = has_metric && is_checked;
-        const bool keeps_nan = is_guarded && floats.keeps_nan;
+        const bool is_guarded = has_metric && metric_.is_checked();
+        const bool keeps_nan = is_guarded && floats_.keeps_nan;
         spirv::Module module;
         try {
             module = spirv::Module(device::compile_shader(
-                *shader, preamble + (keeps_nan ? "#define KEEPS_NAN\n" : ""), any_file,
-                has_metric ? std::span(text) : std::span<const ShaderText>(),
+                *shader, preamble_ + (keeps_nan ? "#define KEEPS_NAN\n" : ""), any_file,
+                has_metric ? std::span(text_) : std::span<const ShaderText>(),
                 // The code of a metric is given calls afterwards.
                 is_guarded ? device::Uncalled::kept : device::Uncalled::dropped));
         } catch (const device::ShaderRefused& refused) {
-            throw InputError(explain(metric, refused.what()));
+            throw InputError(explain(metric_, refused.what()));
         }
         if (is_guarded) {
             fix_parameters(module);
-            guard_metric_code(module, check_metric_code(module, metric.file, kText));
+            guard_metric_code(module, check_metric_code(module, metric_.file, kText));
         }
-        declare(floats, keeps_nan, module);
+        declare(floats_, keeps_nan, module);
         return module.words();
+    }
+
+  private:
+    static std::string preamble(const Metric& metric, const device::FloatControls& floats) {
+        std::string preamble = fmt::format(
+            "#define BLOCK_VOXELS {}\n#define CELL_VOXELS {}\n#define CHUNK_TEXELS {}\n"
+            "#define RUN_TEXELS {}\n#define WINDOW_LANES {}\n",
+            kBlockVoxels, kCellVoxels, kChunkTexels, kRunTexels, kWindowLanes);
+        if (metric.is_checked()) {
+            preamble += "#define GUARDED\n";
+        }
+        if (floats.adds_float64) {
+            preamble += "#define ADDS_FLOAT64\n";
+        }
+        if (floats.to_nearest) {
+            preamble += "#define ROUNDS_TO_NEAREST\n";
+        }
+        if (metric.is_summary()) {
+            preamble += fmt::format("#define WINDOWS {}\n", metric.header.windows.size());
+        } else if (metric.has_degree()) {
+            const auto slash = metric.header.degree_text.find('/');
+            preamble += fmt::format(
+                "#define DEGREE_NUMERATOR {}\n#define DEGREE_DENOMINATOR {}\n",
+                metric.header.degree_text.substr(0, slash),
+                slash == std::string::npos ? "1" : metric.header.degree_text.substr(slash + 1));
+        }
+        return preamble;
+    }
+
+    const Metric& metric_;
+    const device::FloatControls& floats_;
+    std::array<ShaderText, 2> text_;
+    std::string preamble_;
+};
+
+}  // namespace
+
+MetricKernels compile_kernels(const Metric& metric, const device::FloatControls& floats) {
+    const Compiler compiler(metric, floats);
+    const auto compile = [&](const char* stage, bool has_metric) {
+        return compiler.kernel(stage, has_metric);
     };
     if (metric.is_summary()) {
         MetricKernels kernels;
@@ -233,7 +258,12 @@ MetricKernels compile_kernels(const Metric& metric, const device::FloatControls&
             .norms = compile_if(metric.has_norms(), "norms", false),
             .ranges = compile_if(metric.has_slopes(), "ranges", false),
             .slopes = compile_if(metric.has_slopes(), "slopes", false),
-            .check = compile_if(is_checked, "check", true)};
+            .check = compile_if(metric.is_checked(), "check", true)};
+}
+
+std::vector<std::uint32_t> compile_feature(const Metric& metric,
+                                           const device::FloatControls& floats) {
+    return Compiler(metric, floats).kernel("feature", true);
 }
 
 }  // namespace merl::engine

@@ -26,4 +26,8 @@ struct MetricKernels {
 MetricKernels compile_kernels(const Metric& metric,
                               const device::FloatControls& floats = {.float64 = true});
 
+/// The kernel `feature` of a summary alone.
+std::vector<std::uint32_t> compile_feature(const Metric& metric,
+                                           const device::FloatControls& floats);
+
 }  // namespace merl::engine

@@ -23,9 +23,9 @@
 namespace merl::scan {
 namespace {
 
-/// The search is over when a step gains less than this share of the log-likelihood: of the 50,000
-/// that judgements of a large study have, a twentieth, which no judgement would notice.
-constexpr double likelihood_tolerance = 1e-6;
+/// The search is over when a step gains less than this share of the log-likelihood, of which a
+/// large study has 50,000. With ten times as much it ends on the way where a parameter is far off.
+constexpr double likelihood_tolerance = 1e-7;
 
 /// Of the width of the ranges: the first steps, and how far other starts are from the first.
 constexpr double first_step = 0.1;

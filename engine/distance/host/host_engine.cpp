@@ -112,6 +112,10 @@ class HostEngine final : public Engine {
         return needs;
     }
 
+    Features features(const Metric& metric, const std::function<void()>& /*meanwhile*/) override {
+        return twin_features(metric);
+    }
+
     std::unique_ptr<EngineWork> start(std::span<const Metric* const> metrics, const Extent& extent,
                                       const WorkSite& site) override {
         const auto [fixed, block, most, cached] = needs(metrics, extent.materials);

@@ -13,6 +13,7 @@
 #include "engine/database/domain.h"
 #include "engine/distance/parts/pair_totals.h"
 #include "engine/distance/parts/slab.h"
+#include "engine/distance/parts/summary.h"
 #include "engine/metric/metric.h"
 
 namespace merl::engine {
@@ -109,6 +110,12 @@ class Engine {
     /// Throws Error (device) when there are more materials than it can work on.
     virtual EngineNeeds needs(std::span<const Metric* const> metrics,
                               std::uint32_t materials) const = 0;
+
+    /// What evaluates the features of a summary that this engine computes: distances under other
+    /// parameters, which no window depends on, come from means that are known. The metric outlives
+    /// it, and `meanwhile`, which is called while a device is waited for. Throws Error (input) when
+    /// a user's metric cannot be compiled.
+    virtual Features features(const Metric& metric, const std::function<void()>& meanwhile) = 0;
 
     /// Begins a computation. Throws Error (input) when a user's metric cannot be compiled.
     virtual std::unique_ptr<EngineWork> start(std::span<const Metric* const> metrics,

@@ -155,14 +155,22 @@ std::size_t most_rows(const Metric& metric) {
     return kAtATime * rows_of(metric);
 }
 
-Features twin_features(const Metric& metric) {
-    return [&metric](std::span<const WindowMean> means, std::span<double> features) {
+Features twin_features(const Metric& metric, Threads threads) {
+    return [&metric, threads](std::span<const WindowMean> means, std::span<double> features) {
         const std::size_t windows = metric.header.windows.size();
         const std::size_t count = metric.header.features;
-        tbb::parallel_for(std::size_t{0}, means.size() / windows, [&](std::size_t row) {
+        const std::size_t rows = means.size() / windows;
+        const auto evaluate_row = [&](std::size_t row) {
             metric.twin.features(metric.parameters, means.subspan(row * windows, windows),
                                  features.subspan(row * count, count));
-        });
+        };
+        if (threads == Threads::all) {
+            tbb::parallel_for(std::size_t{0}, rows, evaluate_row);
+            return;
+        }
+        for (std::size_t row = 0; row < rows; ++row) {
+            evaluate_row(row);
+        }
     };
 }
 
@@ -184,25 +192,22 @@ MetricDistances summary_distances(const Metric& metric, std::vector<WindowMean> 
 }
 
 std::vector<double> summary_values(const Metric& metric, std::span<const WindowMean> means,
+                                   const Features& features,
                                    std::span<const std::string> materials) {
     const std::size_t windows = metric.header.windows.size();
     const std::size_t count = metric.header.features;
-    std::vector<double> features(materials.size() * count);
-    for (std::size_t m = 0; m < materials.size(); ++m) {
-        const auto of_material = means.subspan(m * windows, windows);
-        const auto found = std::span(features).subspan(m * count, count);
-        metric.twin.features(metric.parameters, of_material, found);
-        const auto bad =
-            std::ranges::find_if(found, [](double feature) { return !std::isfinite(feature); });
-        if (bad != found.end()) {
-            refuse_feature(metric, static_cast<std::size_t>(bad - found.begin()), *bad,
-                           materials[m], of_material);
+    std::vector<double> found(materials.size() * count);
+    features(means, found);
+    for (std::size_t i = 0; i < found.size(); ++i) {
+        if (!std::isfinite(found[i])) {
+            refuse_feature(metric, i % count, found[i], materials[i / count],
+                           means.subspan(i / count * windows, windows));
         }
     }
     std::vector<double> distances;
     for (std::size_t a = 0; a < materials.size(); ++a) {
         for (std::size_t b = a + 1; b < materials.size(); ++b) {
-            distances.push_back(distance_of(metric, features, a, b, materials));
+            distances.push_back(distance_of(metric, found, a, b, materials));
         }
     }
     return distances;

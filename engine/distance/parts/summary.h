@@ -53,8 +53,9 @@ using Features = std::function<void(std::span<const WindowMean> means, std::span
 /// The most rows that summary_distances() has evaluated at a time.
 std::size_t most_rows(const Metric& metric);
 
-/// By the metric's twin.
-Features twin_features(const Metric& metric);
+/// By the metric's twin, on all threads or on that which asks.
+enum class Threads { all, own };
+Features twin_features(const Metric& metric, Threads threads = Threads::all);
 
 /// The distances between the features of the means, [material][window], with their bounds. Throws
 /// InputError where a feature or a distance is NaN or infinite, which names the material as the
@@ -62,9 +63,10 @@ Features twin_features(const Metric& metric);
 MetricDistances summary_distances(const Metric& metric, std::vector<WindowMean> means,
                                   const Features& features, std::span<const std::string> materials);
 
-/// The same distances without their bounds, by the metric's twin, on this thread: what a search for
-/// parameters takes, again and again. Throws likewise.
+/// The same distances without their bounds: what a search for parameters takes, again and again.
+/// Throws likewise.
 std::vector<double> summary_values(const Metric& metric, std::span<const WindowMean> means,
+                                   const Features& features,
                                    std::span<const std::string> materials);
 
 /// The first window of a summary metric with a twin that weighs no voxel of the grid above the

@@ -256,6 +256,10 @@ class VulkanEngine final : public Engine {
         return device_needs(context_.limits(), metrics, materials);
     }
 
+    Features features(const Metric& metric, const std::function<void()>& meanwhile) override {
+        return device_features(context_, metric, meanwhile);
+    }
+
     std::unique_ptr<EngineWork> start(std::span<const Metric* const> metrics, const Extent& extent,
                                       const WorkSite& site) override {
         return std::make_unique<VulkanWork>(context_, metrics, extent, site);

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <memory>
 
 #include "engine/device/submission.h"
 #include "engine/metric/metric_kernels.h"
@@ -78,7 +79,45 @@ std::uint32_t groups_of(std::size_t invocations) {
     return static_cast<std::uint32_t>((invocations + kLanes - 1) / kLanes);
 }
 
+Kernel feature_kernel(Context& context, const Metric& metric,
+                      std::span<const std::uint32_t> spirv) {
+    return make_kernel(context, metric, "feature", spirv, {kTexels, kStorage}, sizeof(FeaturePush));
+}
+
+/// Runs that kernel for some rows of means.
+void evaluate(Context& context, const Metric& metric, const Kernel& feature,
+              const std::function<void()>& meanwhile, std::span<const WindowMean> means,
+              std::span<double> found) {
+    const auto rows = static_cast<std::uint32_t>(means.size() / windows_of(metric));
+    constexpr std::size_t kTexelBytes = 16;
+    Buffer from(context, (means.size_bytes() + kTexelBytes - 1) / kTexelBytes * kTexelBytes,
+                Traffic::upload, Texels::words);
+    Buffer to(context, found.size_bytes(), Traffic::download);
+    std::ranges::copy(std::as_bytes(means), from.host().begin());
+    const auto kernel = bind(context, feature, {&from, &to});
+    device::Submission submission(context);
+    submission.begin();
+    submission.upload(from, from.bytes());
+    submission.dispatch(kernel, bytes_of(FeaturePush{rows, metric.header.features}),
+                        groups_of(rows), metric.header.features);
+    submission.download(to, to.bytes());
+    submission.submit();
+    submission.wait(meanwhile);
+    std::ranges::copy(to.host_as<const double>().first(found.size()), found.begin());
+}
+
 }  // namespace
+
+Features device_features(Context& context, const Metric& metric,
+                         const std::function<void()>& meanwhile) {
+    const auto kernel = std::make_shared<const Kernel>(
+        feature_kernel(context, metric, compile_feature(metric, context.limits().floats)));
+    return [&context, &metric, &meanwhile, kernel](std::span<const WindowMean> means,
+                                                   std::span<double> found) {
+        evaluate(context, metric, *kernel, meanwhile, means, found);
+        context.check_validation();
+    };
+}
 
 std::uint64_t VulkanSummary::weights_bytes(const DeviceExtent& extent, const Metric& metric) {
     return extent.slab_voxels() * windows_of(metric) * sizeof(double);
@@ -118,8 +157,7 @@ VulkanSummary::VulkanSummary(Context& context, const DeviceExtent& extent, const
       window_sums_(make_kernel(context, metric, "sums of windows", spirv.window_sums,
                                {kTexels, kTexels, kTexels, kStorage}, sizeof(SumsPush),
                                kWindowLanes)),
-      feature_(make_kernel(context, metric, "feature", spirv.feature, {kTexels, kStorage},
-                           sizeof(FeaturePush))) {}
+      feature_(feature_kernel(context, metric, spirv.feature)) {}
 
 VulkanSummary::Products::Products(Context& context, VulkanSummary& work, SlabBuffers& slab)
     : parts_(context, parts_bytes(work.extent_, *work.metric_), Traffic::download, Texels::words),
@@ -178,30 +216,11 @@ std::optional<VulkanSummary::BadWeight> VulkanSummary::add(const Products& produ
     return std::nullopt;
 }
 
-Features VulkanSummary::features(const std::function<void()>& meanwhile) {
-    return [this, &meanwhile](std::span<const WindowMean> means, std::span<double> found) {
-        const auto rows = static_cast<std::uint32_t>(means.size() / windows_of(*metric_));
-        constexpr std::size_t kTexelBytes = 16;
-        Buffer from(*context_, (means.size_bytes() + kTexelBytes - 1) / kTexelBytes * kTexelBytes,
-                    Traffic::upload, Texels::words);
-        Buffer to(*context_, found.size_bytes(), Traffic::download);
-        std::ranges::copy(std::as_bytes(means), from.host().begin());
-        const auto kernel = bind(*context_, feature_, {&from, &to});
-        device::Submission submission(*context_);
-        submission.begin();
-        submission.upload(from, from.bytes());
-        submission.dispatch(kernel, bytes_of(FeaturePush{rows, metric_->header.features}),
-                            groups_of(rows), metric_->header.features);
-        submission.download(to, to.bytes());
-        submission.submit();
-        submission.wait(meanwhile);
-        std::ranges::copy(to.host_as<const double>().first(found.size()), found.begin());
-    };
-}
-
 MetricDistances VulkanSummary::distances(const WorkSite& site, bool is_trial) {
     auto means = totals_.means();
-    const auto on_device = features(site.meanwhile);
+    const Features on_device = [&](std::span<const WindowMean> rows, std::span<double> found) {
+        evaluate(*context_, *metric_, feature_, site.meanwhile, rows, found);
+    };
     const auto empty = std::ranges::find(has_voxel_, false) - has_voxel_.begin();
     if (static_cast<std::size_t>(empty) == has_voxel_.size()) {
         return summary_distances(*metric_, std::move(means), on_device, site.database.materials());

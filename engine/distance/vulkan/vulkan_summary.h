@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <vector>
 
@@ -8,6 +9,12 @@
 #include "engine/distance/vulkan/vulkan_metric.h"
 
 namespace merl::engine {
+
+/// Features of rows of means on the device, in float64. Compiles the kernel for that, and nothing
+/// else of the metric; both outlive the result. `meanwhile` is called while it is waited for.
+/// Throws what compile_kernels() throws.
+Features device_features(device::Context& context, const Metric& metric,
+                         const std::function<void()>& meanwhile);
 
 /// One summary metric on the device, in float64: its kernels (shaders/framework/window.comp and
 /// those that it names), and the totals of what they give.
@@ -65,9 +72,6 @@ class VulkanSummary {
   private:
     VulkanSummary(device::Context& context, const DeviceExtent& extent, const Metric& metric,
                   const MetricKernels& spirv);
-
-    /// Features of some rows of means, on the device.
-    Features features(const std::function<void()>& meanwhile);
 
     device::Context* context_;
     const Metric* metric_;

@@ -5,7 +5,7 @@ import unicodedata
 import support
 from support import USAGE, Case, write_database
 
-COMMANDS = [], ["scan"], ["compare"], ["score"], ["devices"], ["metrics"], ["metrics", "show"], \
+COMMANDS = [], ["scan"], ["compare"], ["score"], ["tune"], ["devices"], ["metrics"], ["metrics", "show"], \
     ["models"], ["models", "show"], \
     ["database"], ["database", "info"], ["database", "write"], ["verify"], ["slices"]
 

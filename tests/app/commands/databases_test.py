@@ -131,7 +131,8 @@ class Joined(Databases):
         databases = ("--database", "rgl", "--database", "one", "--database", "abc=built-in")
         out = self.scan(*databases, "--materials", "rgl/*,one/*,abc/gold-*", *QUICK)
         summary = read_json(out / "summary.json")
-        self.assertEqual(summary["database"]["grid"], dict(zip(("theta_h", "theta_d", "phi_d"), GRID)))
+        self.assertEqual(summary["database"]["grid"],
+                         dict(zip(("theta_h", "theta_d", "phi_d"), GRID)) | {"phi_d_range": "pi"})
         self.assertEqual([d["kind"] for d in summary["database"]["databases"]],
                          ["built-in stand-in", "MERL directory", "RGL directory"])
         self.assertEqual(summary["options"]["materials"], ["rgl/*,one/*,abc/gold-*"])

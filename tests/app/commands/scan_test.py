@@ -299,7 +299,7 @@ class Summary(ScanCase):
         self.assertEqual((use["engine"], use["metrics"]), ("host", ["cwcbrt", "pawcielab"]))
         self.assertGreater(use["peak_bytes"], 0)
         self.assertRegex(s["database"]["content_hash"], r"^[0-9a-f]{32}$")
-        self.assertEqual(list(s["database"]["grid"].values()), list(GRID))
+        self.assertEqual(list(s["database"]["grid"].values()), [*GRID, "pi"])
         self.assertEqual(list(s["negative_samples"].values()), [0] * 13)
         self.assertEqual(s["options"]["disagreements"], "all")
         self.assertEqual(s["options"]["memory_bytes"], 2**30)

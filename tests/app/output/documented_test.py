@@ -85,6 +85,12 @@ class Documented(Case):
     def test_score(self):
         self.assert_tables("score", "--distances", "t.csv", "--judgements", "said.csv")
 
+    def test_tune(self):
+        write_rows(self.work / "said.csv", ["reference", "a", "b", "votes_a", "votes_b"],
+                   [["m00", "m01", "m02", 3, 1]])
+        self.assert_tables("tune", "--metric", "ngan", "--evaluations", "1", "--database", "db", "--judgements",
+                           "said.csv")
+
     def test_votes(self):
         scanned = self.scan("--distances", "t.csv", "--select", "4", out="scanned")
         _, rows = support.read_csv(scanned / "selection.csv")

@@ -7,7 +7,7 @@
 #include <random>
 
 #include "engine/base/error.h"
-#include "engine/database/abc_database.h"
+#include "engine/database/model_database.h"
 #include "engine/database/content_hash.h"
 #include "engine/database/open_database.h"
 #include "engine/distance/distances.h"
@@ -182,8 +182,8 @@ TEST(OverTwoPi, BothHalvesCountAlike) {
 
 TEST(OverTwoPi, ModelsRepeatBitByBit) {
     const Grid half = {.theta_h = 6, .theta_d = 7, .phi_d = 8};
-    const auto expected = make_abc_database(half);
-    const auto got = make_abc_database(half.over_two_pi());
+    const auto expected = open_model(kBuiltInModel, half);
+    const auto got = open_model(kBuiltInModel, half.over_two_pi());
     const Repeated repeated(*expected);
     for (const std::size_t material : {0U, 50U, 99U}) {
         EXPECT_EQ(all_of(*got, material), all_of(repeated, material));

@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 #include <fstream>
+#include <functional>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -247,6 +248,38 @@ TEST(Summary, DoesNotDependOnSlabSizeStagingOrThreads) {
                                                {.memory_bytes = 7'000'000});
             EXPECT_NE(cut.slabs, whole.slabs);
             EXPECT_EQ(cut.distances, whole.distances);
+        }
+    }
+}
+
+TEST(Summary, DistancesUnderOtherParametersComeFromMeans) {
+    const auto database = make_abc_database({.theta_h = 30, .theta_d = 30, .phi_d = 60});
+    const Metric& metric = find_metric("gloss-contrast");
+    auto parameters = metric.parameters;
+    parameters[2] = 1;      // haze
+    parameters.back() = 0;  // profile
+    const std::function<void()> meanwhile = [] {};
+    for (const auto& one : {metric, without_twin(metric)}) {
+        const Metric other = with_parameters(one, parameters);
+        EXPECT_EQ(other.name, one.name + ":haze=1:profile=0");
+        EXPECT_EQ(with_parameters(other, one.parameters).name, one.name);
+        for (const bool in_shaders : {false, true}) {
+            auto& engines = test::engines(in_shaders);
+            const Metric* const list[] = {&one};
+            const Metric* const others[] = {&other};
+            std::vector<std::string> warnings;
+            auto& engine = *engines.share(list, warnings).front().engine;
+            const auto means = compute_distances(engines, *database, list).distances[0].means;
+            const auto whole = compute_distances(engines, *database, others).distances[0];
+            EXPECT_EQ(whole.means, means);
+            EXPECT_EQ(summary_values(other, means, engine.features(other, meanwhile),
+                                     database->materials()),
+                      whole.values);
+            if (one.has_twin() && !in_shaders) {
+                EXPECT_EQ(summary_values(other, means, twin_features(other, Threads::own),
+                                         database->materials()),
+                          whole.values);
+            }
         }
     }
 }
