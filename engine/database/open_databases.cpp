@@ -30,18 +30,10 @@ struct Member {
 };
 
 std::string default_label(const std::string& name) {
-    if (name.empty() || name == kBuiltIn) {
-        return kBuiltIn;
-    }
     const fs::path path = fs::absolute(name).lexically_normal();
     const fs::path last = path.has_filename() ? path.filename() : path.parent_path().filename();
     std::error_code none;
     return (fs::is_directory(path, none) ? last : last.stem()).string();
-}
-
-bool is_same(const std::string& a, const std::string& b) {
-    std::error_code none;
-    return a == b || fs::equivalent(a, b, none);
 }
 
 std::vector<Member> members_of(const DatabaseChoice& choice) {
@@ -62,10 +54,8 @@ std::vector<Member> members_of(const DatabaseChoice& choice) {
     }
     for (auto a = members.begin(); a != members.end(); ++a) {
         for (auto b = members.begin(); b != a; ++b) {
-            if (is_same(a->name, b->name)) {
-                throw Error(
-                    Fault::usage,
-                    fmt::format("{} and {} are the same database; name it once", b->name, a->name));
+            if (a->name == b->name) {
+                throw Error(Fault::usage, fmt::format("{} is named twice; name it once", a->name));
             }
             if (a->label == b->label) {
                 throw Error(Fault::usage, fmt::format("{} and {} both have the label \"{}\"; give "
