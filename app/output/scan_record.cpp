@@ -328,7 +328,7 @@ scan::KitDatabase ScannedDatabase::description() const {
         if (checked_) {
             const auto scanned =
                 std::ranges::find(record_->databases, part.label, &RecordedDatabase::label);
-            if (scanned != record_->databases.end()) {
+            if (scanned != record_->databases.end() && !scanned->content_hash.empty()) {
                 one.content_hash = scanned->content_hash;
             }
         }

@@ -35,18 +35,21 @@ void require_parts(const Database& database) {
 
 }  // namespace
 
-void require_usable(const Database& database) {
-    const Grid& grid = database.grid();
+void require_usable(const Grid& grid, const std::string& database) {
     for (const auto side : {grid.theta_h, grid.theta_d, grid.phi_d}) {
         if (side < 1 || side > kMaxSide) {
             throw InputError(fmt::format("{}: the grid is {}; expected 1 to {} voxels a side",
-                                         database.name(), grid.text(), kMaxSide));
+                                         database, grid.text(), kMaxSide));
         }
     }
     if (grid.voxels() > kMaxVoxels) {
-        throw InputError(fmt::format("{}: the grid is {}; expected at most {} voxels",
-                                     database.name(), grid.text(), kMaxVoxels));
+        throw InputError(fmt::format("{}: the grid is {}; expected at most {} voxels", database,
+                                     grid.text(), kMaxVoxels));
     }
+}
+
+void require_usable(const Database& database) {
+    require_usable(database.grid(), database.name());
     require_parts(database);
     const std::string* before = nullptr;
     for (const auto& material : database.materials()) {

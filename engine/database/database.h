@@ -119,10 +119,13 @@ class Database {
     std::vector<BadMaterial> skipped_;
 };
 
-/// Throws InputError unless the grid has 1 to kMaxSide voxels a side and at most kMaxVoxels, and
-/// the materials have different names, ascending bytewise, that can become names of files: not
-/// empty, without a slash and a zero byte, and not beginning with a dot. Where a database has parts
-/// the label of one and a slash come before that.
+/// Throws InputError unless the grid has 1 to kMaxSide voxels a side and at most kMaxVoxels;
+/// `database` is what has it.
+void require_usable(const Grid& grid, const std::string& database);
+
+/// Throws InputError unless the grid is usable, and the materials have different names, ascending
+/// bytewise, that can become names of files: not empty, without a slash and a zero byte, and not
+/// beginning with a dot. Where a database has parts the label of one and a slash come before that.
 void require_usable(const Database& database);
 
 /// What a file about a material is called, without an extension: the material's name, or

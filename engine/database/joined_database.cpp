@@ -3,7 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <stdexcept>
+#include <system_error>
 #include <utility>
 
 #include "engine/base/error.h"
@@ -89,6 +91,22 @@ class JoinedDatabase final : public Database {
     std::vector<Place> places_;  // of each material
 };
 
+/// Throws Error (usage) when two databases are read from the same place.
+void require_different(const std::vector<LabelledDatabase>& databases) {
+    for (auto a = databases.begin(); a != databases.end(); ++a) {
+        for (auto b = databases.begin(); b != a; ++b) {
+            std::error_code not_in_files;
+            const auto& path = a->database->path();  // of a model its name
+            if ((!path.empty() && path == b->database->path()) ||
+                std::filesystem::equivalent(path, b->database->path(), not_in_files)) {
+                throw Error(Fault::usage,
+                            fmt::format("{} and {} are the same database; name it once",
+                                        b->database->name(), a->database->name()));
+            }
+        }
+    }
+}
+
 }  // namespace
 
 void require_label(const std::string& label, const std::string& name) {
@@ -125,6 +143,7 @@ std::unique_ptr<Database> make_joined(std::vector<LabelledDatabase> databases) {
                 first.database->name(), first.database->grid().text()));
         }
     }
+    require_different(databases);
     // With the slash: "a-b/…" comes before "a/…".
     std::ranges::sort(databases, {}, [](const auto& d) { return d.label + '/'; });
     const auto twin = std::ranges::adjacent_find(databases, {}, &LabelledDatabase::label);

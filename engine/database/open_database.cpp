@@ -108,6 +108,7 @@ std::unique_ptr<Database> only(std::unique_ptr<Database> database, const WantedM
 }  // namespace
 
 std::unique_ptr<Database> open_database(const std::string& name, const OpenOptions& options) {
+    require_usable(options.grid, name);
     auto database = kind_of(name).open(name, options);
     require_usable(*database);
     return only(std::move(database), options.materials);
@@ -118,6 +119,7 @@ bool is_evaluated(const std::string& name) {
 }
 
 DatabaseListing list_database(const std::string& name, const OpenOptions& options) {
+    require_usable(options.grid, name);
     const auto& kind = kind_of(name);
     if (kind.list != nullptr) {
         auto materials = kind.list(name, options);

@@ -31,25 +31,13 @@ struct Member {
 };
 
 std::string default_label(const std::string& name) {
-    if (name.empty() || name == kBuiltIn) {
-        return kBuiltIn;
-    }
-    if (is_model(name)) {
-        const auto table = name.find(':');
-        return table == std::string::npos ? name : fs::path(name.substr(table + 1)).stem().string();
+    if (is_model(name) && name.find(':') != std::string::npos) {
+        return fs::path(name.substr(name.find(':') + 1)).stem().string();
     }
     const fs::path path = fs::absolute(name).lexically_normal();
     const fs::path last = path.has_filename() ? path.filename() : path.parent_path().filename();
     std::error_code none;
     return (fs::is_directory(path, none) ? last : last.stem()).string();
-}
-
-bool is_same(const std::string& a, const std::string& b) {
-    const auto own = [](const std::string& name) {
-        return name == kBuiltIn ? kBuiltInModel : name;
-    };
-    std::error_code none;
-    return own(a) == own(b) || (!is_model(a) && !is_model(b) && fs::equivalent(a, b, none));
 }
 
 std::vector<Member> members_of(const DatabaseChoice& choice) {
@@ -70,10 +58,8 @@ std::vector<Member> members_of(const DatabaseChoice& choice) {
     }
     for (auto a = members.begin(); a != members.end(); ++a) {
         for (auto b = members.begin(); b != a; ++b) {
-            if (is_same(a->name, b->name)) {
-                throw Error(
-                    Fault::usage,
-                    fmt::format("{} and {} are the same database; name it once", b->name, a->name));
+            if (a->name == b->name) {
+                throw Error(Fault::usage, fmt::format("{} is named twice; name it once", a->name));
             }
             if (a->label == b->label) {
                 throw Error(Fault::usage, fmt::format("{} and {} both have the label \"{}\"; give "

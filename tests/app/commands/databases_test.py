@@ -1,5 +1,6 @@
 """Several databases at once, under labels; some of their materials; grids."""
 
+import json
 import os
 import shutil
 
@@ -100,6 +101,34 @@ class Joined(Databases):
         self.assert_refused(INPUT, ['"my fits/m4"', "not those that were scanned"], "render", "--selection",
                             "out/selection.csv", "--materials", "m4", "--out", "again", "--size", 16)
 
+    def test_records_that_were_edited(self):
+        self.scan("--database", "one", "--database", "two", *QUICK)
+        path = self.work / "out" / "summary.json"
+        whole = read_json(path)
+        first, second = whole["database"]["databases"]
+        for words, change in (
+            (["does not say which database"], {"databases": []}),
+            (["does not say where"], {"databases": [{**first, "path": None}, second]}),
+            (["label"], {"databases": [{**first, "label": "a/b"}, second]}),
+            (["one is named twice"], {"databases": [first, {**second, "path": first["path"], "name": "one"}]}),
+            (["no database with the label"], {"databases": [first]}),
+            (["no database with the label"], {"databases": [first, {**second, "label": "other"}]}),
+            (["the grid is"], {"grid": {"theta_h": 65536, "theta_d": 65536, "phi_d": 65536}}),
+            (["the grid is"], {"grid": {"theta_h": 0, "theta_d": 1, "phi_d": 1}}),
+        ):
+            path.write_text(json.dumps({**whole, "database": {**whole["database"], **change}}))
+            before = support.tree(self.work)
+            result = self.run_program(*self.judge())
+            self.assertIn(result.returncode, (INPUT, USAGE), result.stderr)
+            line = self.only_line(result.stderr)
+            for word in words:
+                self.assertIn(word, line)
+            self.assertEqual(support.tree(self.work), before)
+        for change in {"databases": None}, {"grid": 7}:
+            path.write_text(json.dumps({**whole, "database": {**whole["database"], **change}}))
+            result = self.run_program(*self.judge("--force"))
+            self.assertIn(result.returncode, (0, INPUT), result.stderr)
+
     def test_names_of_files(self):
         write_database(self.work / "a", {"b-c": samples(0), "b=c": samples(1)})
         write_database(self.work / "a-b", {"c": samples(2)})
@@ -173,6 +202,7 @@ class Joined(Databases):
         self.assertEqual(named("./built-in"), "m4")
         self.assertEqual(named("a=./built-in"), "a/m4")
         self.assertEqual(named("built-in"), "alum-bronze")
+        self.assertEqual(named("./built-in", "a=built-in"), "a/alum-bronze")
 
     def test_what_is_refused(self):
         write_database(self.work / "small", 2, (2, 3, 4))
@@ -182,7 +212,7 @@ class Joined(Databases):
             (USAGE, ['label "one"', "LABEL=PATH"], ["one", "deeper/one"]),
             (USAGE, ['label "a"'], ["a=one", "a=two"]),
             (USAGE, ["the same database"], ["one", "x=one/."]),
-            (USAGE, ["the same database"], ["a=built-in", "built-in"]),
+            (USAGE, ["built-in is named twice"], ["a=built-in", "built-in"]),
             (USAGE, ["is empty"], ["=one"]),
             (USAGE, ["nothing after"], ["a="]),
             (USAGE, ["begins with a dot"], [".a=one"]),

@@ -185,8 +185,10 @@ TEST(OpenDatabases, LabelsAndNames) {
         expect_refused(fault, words, [&] { open_databases(choice); });
         expect_refused(fault, words, [&] { list_databases(choice); });
     };
-    refused(Fault::usage, "are the same database", {.databases = {{"", one}, {"x", one / "."}}});
-    refused(Fault::usage, "are the same database", {.databases = {{"", ""}, {"x", kBuiltIn}}});
+    expect_refused(Fault::usage, "are the same database", [&] {
+        open_databases({.databases = {{"", one}, {"x", one / "."}}});
+    });
+    refused(Fault::usage, "is named twice", {.databases = {{"", ""}, {"x", kBuiltIn}}});
     refused(Fault::usage, "the label \"two\"", {.databases = {{"two", one}, {"", two}}});
     refused(Fault::usage, "the label \"\" of the database /",
             {.databases = {{"", "/"}, {"", two}}});
@@ -214,6 +216,12 @@ TEST(OpenDatabases, OneGrid) {
         EXPECT_EQ(listing.materials.front().open()->grid(), kGrid);
     }
     EXPECT_EQ(open_databases({.databases = {{"", files}}, .grid = kGrid})->grid(), kGrid);
+    for (const Grid& grid : {Grid{0, 2, 2}, Grid{65'536, 65'536, 65'536}, Grid{1, 65'537, 1}}) {
+        expect_refused(Fault::input, "built-in: the grid is",
+                       [&] { open_databases({.grid = grid}); });
+        expect_refused(Fault::input, "built-in: the grid is",
+                       [&] { list_databases({.grid = grid}); });
+    }
     expect_refused(Fault::input, "which files keep; 2 x 3 x 4", [&] {
         open_databases({.databases = {{"", files}}, .grid = Grid{2, 3, 4}});
     });

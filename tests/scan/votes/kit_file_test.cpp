@@ -21,7 +21,9 @@ Kit whole_kit() {
                     .kind = "MERL directory",
                     .content_hash = "c",
                     .checked = true,
-                    .material_hashes = {{"b", "2"}, {"a", "1"}, {"d", "4"}, {"c", "3"}}};
+                    .material_hashes = {{"b", "2"}, {"a", "1"}, {"d", "4"}, {"c", "3"}},
+                    .databases = {{"one", "~/one", "MERL directory", "e"},
+                                  {"two", "~/two", "RGL directory", std::nullopt}}};
     kit.warnings = {"one", "two"};
     kit.plan = {.seed = (1ULL << 53U) - 1, .repeats = 12.5, .sentinels = 1, .random = 0};
     kit.sentinel_pairs = 21;
@@ -160,6 +162,10 @@ TEST(KitFile, BadFilesAreExplained) {
     refused_key(R"("database": {"name": "db"})", "database: \"kind\" is missing");
     refused_key(R"("database": {"kind": "k", "content_hash": 1})", "\"content_hash\"");
     refused_key(R"("database": {"kind": "k", "checked": 1})", "\"checked\": expected true");
+    refused_key(R"("database": {"kind": "k", "databases": {}})",
+                "\"databases\": expected an array");
+    refused_key(R"("database": {"kind": "k", "databases": [1]})", "databases: expected an object");
+    refused_key(R"("database": {"kind": "k", "databases": [{"label": 1}]})", "\"label\": expected");
     refused_key(R"("database": {"kind": "k", "material_hashes": {"a": 1}})",
                 "material_hashes: \"a\": expected a text");
     refused_key(R"("options": {"sentinels": 4294967296})", "from 0 to 4294967295");
