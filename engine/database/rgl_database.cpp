@@ -351,12 +351,7 @@ class RglDatabase final : public Database {
         tbb::this_task_arena::isolate([&] {
             tbb::parallel_for(
                 tbb::blocked_range(range.first, range.last, 256), [&](const auto& part) {
-                    for (std::uint64_t i = part.begin(); i != part.end(); ++i) {
-                        const auto f = reflectance(measured_[material], domain_.voxel(i));
-                        for (std::size_t plane = 0; plane < 3; ++plane) {
-                            planes[plane * range.size() + i - range.first] = f[plane];
-                        }
-                    }
+                    evaluate(measured_[material], {part.begin(), part.end()}, range, planes);
                 });
         });
         require_good(files_[material].path, range, planes);
@@ -365,16 +360,23 @@ class RglDatabase final : public Database {
     /// Throws unless all samples of a material can be used; in the thread that calls it.
     void check(const RglMaterial& measured, const std::filesystem::path& path) const {
         constexpr std::uint64_t kVoxelsAtATime = 16384;
+        std::vector<double> planes;
         for (std::uint64_t first = 0; first < grid_.voxels(); first += kVoxelsAtATime) {
             const VoxelRange range = {first, std::min(first + kVoxelsAtATime, grid_.voxels())};
-            std::vector<double> planes(3 * range.size());
-            for (std::uint64_t i = range.first; i < range.last; ++i) {
-                const auto f = reflectance(measured, domain_.voxel(i));
-                for (std::size_t plane = 0; plane < 3; ++plane) {
-                    planes[plane * range.size() + i - range.first] = f[plane];
-                }
-            }
+            planes.resize(3 * range.size());
+            evaluate(measured, range, range, planes);
             require_good(path, range, planes);
+        }
+    }
+
+    /// A part of the voxels of a range, whose planes are given.
+    void evaluate(const RglMaterial& measured, VoxelRange part, VoxelRange range,
+                  std::span<double> planes) const {
+        for (std::uint64_t i = part.first; i != part.last; ++i) {
+            const auto f = reflectance(measured, domain_.voxel(i));
+            for (std::size_t plane = 0; plane < 3; ++plane) {
+                planes[plane * range.size() + i - range.first] = f[plane];
+            }
         }
     }
 
