@@ -12,6 +12,7 @@
 #include "engine/device/shader_compiler.h"
 #include "engine/metric/check/code.h"
 #include "engine/metric/check/words.h"
+#include "engine/metric/double_literals.h"
 #include "engine/metric/metric_library.h"
 
 namespace merl::engine {
@@ -21,6 +22,9 @@ using device::ShaderText;
 
 /// What the compiler calls a metric's file, whatever it is called: a path may have quotes in it.
 const std::string kText = "metric";
+
+/// And what it calls the lines before it, parameters_text().
+const std::string kParameters = "parameters";
 
 /// A metric of 256 KiB may have macros.
 constexpr std::size_t kMostBytes = std::size_t{1} << 20U;
@@ -123,7 +127,7 @@ std::string explain(const Metric& metric, std::string_view log) {
     return fmt::format("{} cannot be compiled: {}", metric.file, line);
 }
 
-/// The text of a user's file without its macros, so that they end with it.
+/// The text of a metric without its macros, so that they end with it.
 std::string preprocessed(const Metric& metric) {
     const auto library_only = [](std::string_view name, std::string_view) {
         return name.starts_with("lib/") ? find_file(name) : nullptr;
@@ -168,9 +172,10 @@ MetricKernels compile_kernels(const Metric& metric, const device::FloatControls&
     if ((is_checked || metric.is_summary()) && !floats.float64) {
         throw std::logic_error(metric.name + " needs float64 in shaders");
     }
-    const std::array<ShaderText, 2> text = {
-        ShaderText{"parameters", parameters_text(metric)},
-        ShaderText{kText, is_checked ? preprocessed(metric) : metric.source}};
+    const ShaderText parameters = {kParameters, parameters_text(metric)};
+    const std::string plain = preprocessed(metric);
+    const std::array<ShaderText, 2> in_float32 = {parameters, {kText, plain}};
+    const std::array<ShaderText, 2> in_float64 = {parameters, {kText, with_double_literals(plain)}};
     std::string preamble = fmt::format(
         "#define BLOCK_VOXELS {}\n#define CELL_VOXELS {}\n#define CHUNK_TEXELS {}\n"
         "#define RUN_TEXELS {}\n#define WINDOW_LANES {}\n",
@@ -198,6 +203,8 @@ MetricKernels compile_kernels(const Metric& metric, const device::FloatControls&
         const auto* const shader = find_file(fmt::format("framework/{}.comp", stage));
         const bool is_guarded = has_metric && is_checked;
         const bool keeps_nan = is_guarded && floats.keeps_nan;
+        const bool is_float64 = shader->text.find("#define METRIC_FLOAT64") != std::string::npos;
+        const auto& text = is_float64 ? in_float64 : in_float32;
         spirv::Module module;
         try {
             module = spirv::Module(device::compile_shader(
