@@ -9,6 +9,7 @@
 #include <string_view>
 
 #include "engine/base/error.h"
+#include "engine/base/number.h"
 #include "engine/device/shader_compiler.h"
 #include "engine/metric/check/code.h"
 #include "engine/metric/check/words.h"
@@ -83,6 +84,43 @@ const ShaderText* find_file(std::string_view name) {
     return found == files.end() ? nullptr : &*found;
 }
 
+/// The parameter or window whose name is why the compiler stops at this line of its log: what comes
+/// before the metric has nothing else in it that it could refuse, and a function of lib/ may have
+/// the same name. None when it is something else.
+const std::string* clashing_name(const Metric& metric, std::string_view line) {
+    std::vector<const std::string*> names;
+    for (const auto& parameter : metric.header.parameters) {
+        names.push_back(&parameter.name);
+    }
+    for (const auto& window : metric.header.windows) {
+        names.push_back(&window.name);
+    }
+    const auto first = [&](const auto& is_it) {
+        const auto found =
+            std::ranges::find_if(names, [&](const std::string* name) { return is_it(*name); });
+        return found == names.end() ? nullptr : *found;
+    };
+    if (line.starts_with(kParameters + ":")) {
+        const auto number = line.substr(kParameters.size() + 1);
+        const auto at = parse_number<std::size_t>(number.substr(0, number.find(':')));
+        const std::string text = parameters_text(metric);
+        std::string_view rest = text;
+        for (std::size_t i = 1; at && i < *at && !rest.empty(); ++i) {
+            rest.remove_prefix(std::min(rest.find('\n'), rest.size() - 1) + 1);
+        }
+        const auto declaration = rest.substr(0, rest.find('\n'));
+        return first([&](const std::string& name) {
+            return declaration.find(fmt::format(" {} = ", name)) != std::string_view::npos;
+        });
+    }
+    if (line.starts_with("lib/")) {
+        return first([&](const std::string& name) {
+            return line.find(fmt::format("'{}'", name)) != std::string_view::npos;
+        });
+    }
+    return nullptr;
+}
+
 /// The first error of the compiler's log as one line for the user.
 std::string explain(const Metric& metric, std::string_view log) {
     constexpr std::string_view kError = "ERROR: ";
@@ -113,8 +151,21 @@ std::string explain(const Metric& metric, std::string_view log) {
     }
     auto line = log.substr(first + kError.size());
     line = line.substr(0, line.find('\n'));
+    line = line.substr(0, line.find_last_not_of(' ') + 1);
+    if (const auto* const name = clashing_name(metric, line)) {
+        return fmt::format(
+            "{}: \"{}\" is a word of GLSL, or of a file in lib/: choose another name", metric.file,
+            *name);
+    }
     std::string what_to_do;
-    if (line.find("global const initializers must be constant") != std::string_view::npos) {
+    if (line.find("overloaded functions must have the same return type") !=
+        std::string_view::npos) {
+        for (const auto& function : functions(metric)) {
+            if (line.find(fmt::format("'{}'", function.name)) != std::string_view::npos) {
+                what_to_do = fmt::format(": expected \"{}\"", function.declaration);
+            }
+        }
+    } else if (line.find("global const initializers must be constant") != std::string_view::npos) {
         what_to_do =
             ": what is computed from a parameter, or by a function of the file, belongs into the "
             "function that uses it";
