@@ -197,6 +197,25 @@ std::string preprocessed(const Metric& metric) {
     return text;
 }
 
+/// Refuses, in a user's summary, what a metric over voxels has: nothing would call it.
+void require_summary_only(const Metric& metric, const spirv::Module& module) {
+    constexpr std::array<Function, 4> kOthers = {{{"transform(vd3;struct-Voxel", kTransform.name},
+                                                  {"weight(struct-Voxel", kWeight.name},
+                                                  {"difference(d1;", kDifference.name},
+                                                  {"difference(vd3;vd3;", kDifference.name}}};
+    for (const auto& function : module.functions) {
+        const auto& name = module.name(function.id());
+        for (const auto& [beginning, short_name] : kOthers) {
+            if (name.starts_with(beginning)) {
+                throw InputError(
+                    fmt::format("{}:{}: {}() beside windows and features: a summary has window() "
+                                "and feature(), and nothing calls another",
+                                metric.file, function.head.line, short_name));
+            }
+        }
+    }
+}
+
 /// Tells a kernel what it is to do with numbers, as far as its device can be told. In GLSL an
 /// execution mode can be given for one width only.
 void declare(const device::FloatControls& floats, bool keeps_nan, spirv::Module& module) {
@@ -267,6 +286,9 @@ MetricKernels compile_kernels(const Metric& metric, const device::FloatControls&
             throw InputError(explain(metric, refused.what()));
         }
         if (is_guarded) {
+            if (metric.is_summary()) {
+                require_summary_only(metric, module);
+            }
             fix_parameters(module);
             guard_metric_code(module, check_metric_code(module, metric.file, kText));
         }
