@@ -64,6 +64,7 @@ std::string make_twin(const std::string& text_template, const std::string& summa
           {"@METRIC_MEMBERS@", members},
           {"@METRIC_VALUES@", values},
           {"@METRIC_WINDOWS@", windows},
+          {"@METRIC_WINDOW@", header.windows.empty() ? "nullptr" : "window_" + identifier(name)},
           {"@METRIC_WINDOW_COUNT@", std::to_string(header.windows.size())},
           {"@METRIC_TEXT@", "R\"glsl(" + text + ")glsl\""}}) {
         result = replaced(std::move(result), key, value);

@@ -68,6 +68,9 @@ struct MetricTwin {
     /// feature(i, m) for each i; a mean for each window.
     void (*features)(std::span<const double> parameters, std::span<const WindowMean> means,
                      std::span<double> features) = nullptr;
+    /// Bounds on the errors of those, where the means have this relative error (counted.h).
+    void (*errors)(std::span<const double> parameters, std::span<const WindowMean> means,
+                   double error_of_means, std::span<double> errors) = nullptr;
 };
 
 /// One metric (docs/metrics.md), and the values of its parameters: of the family of Ryman
