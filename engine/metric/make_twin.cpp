@@ -44,10 +44,10 @@ std::string make_twin(const std::string& text_template, const std::string& summa
                       const std::string& path, const std::string& include_name) {
     const std::string text = read(path);
     const auto header = merl::engine::parse_metric_header(text, path);
-    std::string members;  // the parameters, in the order of the header
+    std::string members;  // the parameters, in the order of the header; float as the file has it
     std::string values;
     for (std::size_t i = 0; i < header.parameters.size(); ++i) {
-        members += fmt::format("    double {};\n", header.parameters[i].name);
+        members += fmt::format("    float {};\n", header.parameters[i].name);
         values += fmt::format("parameters[{}], ", i);
     }
     std::string windows;

@@ -300,7 +300,9 @@ MetricKernels compile_kernels(const Metric& metric, const device::FloatControls&
         kernels.window = compile("window", true);
         kernels.window_parts = compile("window_parts", false);
         kernels.window_sums = compile("window_sums", false);
-        kernels.feature = compile("feature", true);
+        if (is_checked) {  // the library's are those of its twin, on every device
+            kernels.feature = compile("feature", true);
+        }
         return kernels;
     }
     const auto compile_if = [&](bool needed, const char* stage, bool has_metric) {
