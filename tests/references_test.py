@@ -1,4 +1,4 @@
-"""Comments and documents name files of the tree that are there."""
+"""Comments and documents name files of the tree that are there; documents are finished."""
 
 import pathlib
 import re
@@ -6,6 +6,10 @@ import unittest
 
 SOURCE = pathlib.Path(__file__).resolve().parents[1]
 NAME = re.compile(r"(?<![\w./<*-])(?:[\w-]+/)*[\w-]+\.(?:h|cpp|glsl|comp|cmake|py|in|sh|md)\b(?!/)")
+
+# What stands in a text until a figure takes its place: BOUND_LOW, MEASURED.
+PLACEHOLDER = re.compile(r"\b(?:[A-Z]{2,}(?:_[A-Z]+)+|MEASURED\w*|TODO|FIXME|XXX)\b")
+CODE = re.compile(r"```.*?```|`[^`]*`", re.DOTALL)
 
 # Files of users; and what is in capitals (NAME.cpp) stands for any name.
 EXAMPLES = {"my_metric.glsl", "my.glsl", "metric.glsl"}
@@ -44,6 +48,15 @@ class References(unittest.TestCase):
                         missing.append(f"{path.relative_to(SOURCE)}:{number}: {name}")
         self.assertEqual(missing, [])
         self.assertGreater(checked, 100)
+
+    def test_documents_have_no_placeholders(self):
+        documents = [*SOURCE.glob("*.md"), *(SOURCE / "docs").glob("*.md")]
+        found = [f"{path.name}: {word}" for path in documents
+                 for word in PLACEHOLDER.findall(CODE.sub("", path.read_text(encoding="utf-8")))]
+        self.assertEqual(found, [])
+        self.assertGreater(len(documents), 5)
+        self.assertEqual(PLACEHOLDER.findall("from BOUND_LOW to 1e-13, MERL and MEASURED, see CHANGELOG"),
+                         ["BOUND_LOW", "MEASURED"])
 
 
 if __name__ == "__main__":

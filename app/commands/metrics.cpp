@@ -55,7 +55,7 @@ int list() {
     return kSuccess;
 }
 
-/// The text of a file of the library, or of one that metrics include.
+/// The text of a file of the library, of one that metrics include, or of a user's.
 int show(const std::string& name) {
     std::string_view text;
     for (const auto& file : engine::shader_files()) {
@@ -63,10 +63,7 @@ int show(const std::string& name) {
             text = file.text;
         }
     }
-    if (text.empty()) {
-        text = engine::find_metric(name).source;
-    }
-    print_lines(text);
+    print_lines(text.empty() ? engine::open_metric(name).source : text);
     return kSuccess;
 }
 
@@ -82,7 +79,8 @@ void add_metrics(CLI::App& program, Command& chosen) {
     command->require_subcommand(0, 1);
     auto* one = command->add_subcommand("show", "The file of a metric, or of lib/, as it is");
     auto name = std::make_shared<std::string>();
-    one->add_option("name", *name, "A metric, or a file that metrics include, as lib/cielab.glsl")
+    one->add_option("name", *name,
+                    "A metric, a file of your own, or one that metrics include, as lib/cielab.glsl")
         ->required();
     one->footer(
         "Examples:\n"

@@ -7,7 +7,7 @@
 #include "engine/base/error.h"
 #include "engine/database/model_database.h"
 #include "engine/distance/distances.h"
-#include "engine/distance/parts/summary.h"
+#include "engine/distance/parts/window_check.h"
 #include "engine/metric/metric_kernels.h"
 
 namespace merl::pipeline {
@@ -45,16 +45,14 @@ std::vector<std::string> leave_out_empty(std::vector<engine::Metric>& metrics,
     const auto library = engine::metrics();
     std::erase_if(metrics, [&](const engine::Metric& metric) {
         // With other parameters it has another name, by which it was asked for.
-        if (!metric.is_summary() ||
-            std::ranges::find(library, metric.name, &engine::Metric::name) == library.end()) {
+        if (std::ranges::find(library, metric.name, &engine::Metric::name) == library.end()) {
             return false;
         }
-        const auto window = engine::empty_window(metric, grid);
-        if (window) {
-            left_out.push_back(fmt::format("{}: its window \"{}\" has no voxel on the grid {}",
-                                           metric.name, *window, grid.text()));
+        const auto windows = engine::empty_windows(metric, grid);
+        if (!windows.empty()) {
+            left_out.push_back(engine::empty_windows_text(metric, windows, grid));
         }
-        return window.has_value();
+        return !windows.empty();
     });
     return left_out;
 }

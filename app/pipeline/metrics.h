@@ -14,8 +14,8 @@ namespace merl::pipeline {
 /// the same name, as columns of tables would.
 std::vector<engine::Metric> open_metrics(std::span<const std::string> texts);
 
-/// Takes summary metrics that are here because of "all" off those that open_metrics() made of the
-/// texts, where a window has no voxel on the grid. Returns why, one line for each.
+/// Takes metrics that are here because of "all" off those that open_metrics() made of the texts,
+/// where a window of theirs has no voxel on the grid. Returns why, one line for each.
 std::vector<std::string> leave_out_empty(std::vector<engine::Metric>& metrics,
                                          std::span<const std::string> texts,
                                          const engine::Grid& grid);

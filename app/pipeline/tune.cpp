@@ -122,9 +122,8 @@ class SearchDistances {
         return named(metrics[0], [&] {
             const std::function<void()> meanwhile = [&] { control_.update("fitting", share_); };
             if (from_means_) {
-                const auto features = is_quick()
-                                          ? engine::twin_features(metrics[0], engine::Threads::own)
-                                          : engine_->features(metrics[0], meanwhile);
+                const auto features = is_quick() ? engine::twin_features(metrics[0])
+                                                 : engine_->features(metrics[0], meanwhile);
                 return engine::summary_values(metrics[0], means_, features, database_.materials());
             }
             auto result = compute(metrics, [&](double) { meanwhile(); });

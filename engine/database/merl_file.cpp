@@ -123,11 +123,14 @@ bool acceptable(double value) {
     return value >= kLowest && value <= kMaxReflectance;
 }
 
-/// Multiplies in place. Whether every result is acceptable.
+/// Multiplies in place. Whether every result is acceptable. What is negative stays so, whatever its
+/// size: it was not measured, and -0 would be a measured zero.
 MERL_SCAN_WIDEST_VECTORS bool scale(std::span<double> samples, double factor) {
+    constexpr double kLeastNegative = -std::numeric_limits<double>::denorm_min();
     std::uint64_t good = 0;  // counted, which becomes vector instructions
     for (double& value : samples) {
-        value *= factor;
+        const double scaled = value * factor;
+        value = value < 0 && scaled == 0 ? kLeastNegative : scaled;
         good += std::uint64_t{value >= kLowest} & std::uint64_t{value <= kMaxReflectance};
     }
     return good == samples.size();

@@ -8,9 +8,10 @@
 
 #include "engine/base/error.h"
 #include "engine/base/stopwatch.h"
+#include "engine/distance/host/host_engine.h"
 #include "engine/distance/parts/slab_plan.h"
 #include "engine/distance/parts/slab_reader.h"
-#include "engine/distance/parts/summary.h"
+#include "engine/distance/parts/window_check.h"
 
 namespace merl::engine {
 namespace {
@@ -21,17 +22,6 @@ std::uint64_t list_bytes(const Grid& grid) {
     return 2 * sizeof(VoxelRun) * grid.theta_h * std::uint64_t{grid.theta_d};
 }
 
-/// Throws InputError where a window of a summary metric has no voxel. Of a user's metric its engine
-/// sees that.
-void require_windows(const Metric& metric, const Grid& grid) {
-    if (!metric.is_summary() || !metric.has_twin()) {
-        return;
-    }
-    if (const auto window = empty_window(metric, grid)) {
-        refuse_empty_window(metric, *window, grid);
-    }
-}
-
 /// An engine with its metrics, and its work once that has begun.
 struct Part {
     Engines::Share share;
@@ -40,13 +30,29 @@ struct Part {
     std::unique_ptr<EngineWork> work = nullptr;
 };
 
+/// Of a metric that the host computes slowly, where that is more than some ten seconds of a core.
+void warn_if_slow(const Engines::Share& share, const Metric& metric, std::uint32_t materials,
+                  const Grid& grid, std::vector<std::string>& warnings) {
+    constexpr double kMuch = 3e8;
+    const double pairs = 0.5 * materials * (materials - 1.0);
+    if (share.engine->description().engine == kHost && !host_is_fast_for(metric) &&
+        pairs * static_cast<double>(grid.voxels()) > kMuch) {
+        warnings.push_back(fmt::format(
+            "{} is computed in float64 on this processor, which takes long: minutes for "
+            "a hundred materials",
+            metric.name));
+    }
+}
+
 std::vector<Part> make_parts(Engines& engines, std::span<const Metric* const> metrics,
-                             std::uint32_t materials, std::vector<std::string>& warnings) {
+                             std::uint32_t materials, const Grid& grid,
+                             std::vector<std::string>& warnings) {
     std::vector<Part> parts;
     for (auto& share : engines.share(metrics, warnings)) {
         auto& part = parts.emplace_back(Part{std::move(share)});
         for (const auto m : part.share.metrics) {
             part.metrics.push_back(metrics[m]);
+            warn_if_slow(part.share, *metrics[m], materials, grid, warnings);
         }
         part.needs = part.share.engine->needs(part.metrics, materials);
     }
@@ -67,11 +73,11 @@ DistanceResult compute_distances(Engines& engines, const Database& database,
     DistanceResult result;
     auto& seconds = result.seconds;
     for (const auto* metric : metrics) {
-        require_windows(*metric, database.grid());
+        refuse_empty_windows(*metric, empty_windows(*metric, database.grid()), database.grid());
     }
     Stopwatch opening;
-    auto parts =
-        make_parts(engines, metrics, static_cast<std::uint32_t>(materials), result.warnings);
+    auto parts = make_parts(engines, metrics, static_cast<std::uint32_t>(materials),
+                            database.grid(), result.warnings);
     seconds.opening = opening.lap();
     std::vector<EngineNeeds> needs(parts.size());
     std::ranges::transform(parts, needs.begin(), &Part::needs);

@@ -117,12 +117,6 @@ std::vector<Engines::Share> Engines::share(std::span<const Metric* const> metric
         if (!host_can(metric)) {
             refuse(metric);
         }
-        if (!host_is_fast_for(metric)) {
-            warnings.push_back(
-                fmt::format("{} is computed in float64 on this processor, which takes long: "
-                            "minutes for a hundred materials",
-                            metric.name));
-        }
         on_host.push_back(m);
     }
     std::vector<Share> shares;

@@ -68,10 +68,10 @@ std::string make_metric(const std::string& path, const std::string& include_name
                         const std::string& text_template, const std::string& summary_template) {
     const std::string text = read(path);
     const auto header = merl::engine::parse_metric_header(text, path);
-    std::string members;  // the parameters, in the order of the header
+    std::string members;  // the parameters, in the order of the header; float as the file has it
     std::string parameters;
     for (std::size_t i = 0; i < header.parameters.size(); ++i) {
-        members += fmt::format("    double {};\n", header.parameters[i].name);
+        members += fmt::format("    float {};\n", header.parameters[i].name);
         parameters += fmt::format("parameters[{}], ", i);
     }
     std::string windows;
@@ -82,6 +82,9 @@ std::string make_metric(const std::string& path, const std::string& include_name
     Values values = {{"MEMBERS", members},
                      {"VALUES", parameters},
                      {"WINDOWS", windows},
+                     {"WINDOW", header.windows.empty()
+                                    ? "nullptr"
+                                    : "window_" + identifier(std::filesystem::path(path).stem())},
                      {"WINDOW_COUNT", std::to_string(header.windows.size())}};
     const auto common = common_values(path, include_name, text);
     values.insert(values.end(), common.begin(), common.end());

@@ -61,13 +61,18 @@ struct MetricTwin {
     double (*sum)(std::span<const double> parameters, const BlockSamples& a, const BlockSamples& b,
                   const BlockWeights& weights) = nullptr;
 
-    // Of a summary instead of these.
-    /// window(w, v) of every voxel of a block.
+    /// window(w, v) of every voxel of a block, of a metric that has windows: of a summary, and of
+    /// another only to see whether a grid has voxels in them.
     void (*window)(std::span<const double> parameters, std::span<const Voxel, kBlockVoxels> voxels,
                    std::uint32_t window, BlockWeights& weights) = nullptr;
+
+    // Of a summary instead of all but the last.
     /// feature(i, m) for each i; a mean for each window.
     void (*features)(std::span<const double> parameters, std::span<const WindowMean> means,
                      std::span<double> features) = nullptr;
+    /// Bounds on the errors of those, where the means have this relative error (counted.h).
+    void (*errors)(std::span<const double> parameters, std::span<const WindowMean> means,
+                   double error_of_means, std::span<double> errors) = nullptr;
 };
 
 /// One metric (docs/metrics.md), and the values of its parameters: of the family of Ryman

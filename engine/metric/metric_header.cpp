@@ -198,16 +198,16 @@ class Parser {
         }
     }
 
-    /// After the last line: a summary has windows and features, and nothing else.
+    /// After the last line: a summary has windows and features, any other metric no features.
     void require_one_kind() const {
-        if ((header_.features != 0) == header_.windows.empty()) {
-            refuse(header_.features != 0
-                       ? "features without a \"// window: NAME description\" to take means of"
-                       : "windows without \"// features: N\", how many numbers are made of their "
-                         "means");
+        if (header_.features != 0 && header_.windows.empty()) {
+            refuse("features without a \"// window: NAME description\" to take means of");
+        }
+        if (header_.features == 0 && !header_.windows.empty() && header_.degree == 0) {
+            refuse("windows without \"// features: N\", how many numbers are made of their means");
         }
         if (header_.features != 0 && header_.degree != 0) {
-            refuse("a degree beside windows: the distance between features is always Euclidean");
+            refuse("a degree beside features: the distance between those is always Euclidean");
         }
     }
 

@@ -26,7 +26,7 @@ struct FittedTo {
     bool operator==(const FittedTo&) const = default;
 };
 
-/// A part of the domain of which a summary metric takes means.
+/// A part of the domain that a metric looks at, of which a summary takes means.
 struct MetricWindow {
     std::string name;
     std::string description;
@@ -46,9 +46,10 @@ struct MetricHeader {
     std::string degree_text;  // "2/3"
     std::vector<MetricParameter> parameters;
     std::vector<FittedTo> fitted;
-    /// Of a summary metric, and empty otherwise: its windows, and how many numbers it makes of
-    /// their means.
+    /// Of a summary metric its windows; of one with a degree those in which its weight lies, if its
+    /// file names any.
     std::vector<MetricWindow> windows;
+    /// How many numbers a summary makes of the means over its windows; 0 for any other metric.
     std::uint32_t features = 0;
 };
 

@@ -9,9 +9,11 @@
 #include <string_view>
 
 #include "engine/base/error.h"
+#include "engine/base/number.h"
 #include "engine/device/shader_compiler.h"
 #include "engine/metric/check/code.h"
 #include "engine/metric/check/words.h"
+#include "engine/metric/double_literals.h"
 #include "engine/metric/metric_library.h"
 
 namespace merl::engine {
@@ -21,6 +23,9 @@ using device::ShaderText;
 
 /// What the compiler calls a metric's file, whatever it is called: a path may have quotes in it.
 const std::string kText = "metric";
+
+/// And what it calls the lines before it, parameters_text().
+const std::string kParameters = "parameters";
 
 /// A metric of 256 KiB may have macros.
 constexpr std::size_t kMostBytes = std::size_t{1} << 20U;
@@ -79,6 +84,43 @@ const ShaderText* find_file(std::string_view name) {
     return found == files.end() ? nullptr : &*found;
 }
 
+/// The parameter or window whose name is why the compiler stops at this line of its log: what comes
+/// before the metric has nothing else in it that it could refuse, and a function of lib/ may have
+/// the same name. None when it is something else.
+const std::string* clashing_name(const Metric& metric, std::string_view line) {
+    std::vector<const std::string*> names;
+    for (const auto& parameter : metric.header.parameters) {
+        names.push_back(&parameter.name);
+    }
+    for (const auto& window : metric.header.windows) {
+        names.push_back(&window.name);
+    }
+    const auto first = [&](const auto& is_it) {
+        const auto found =
+            std::ranges::find_if(names, [&](const std::string* name) { return is_it(*name); });
+        return found == names.end() ? nullptr : *found;
+    };
+    if (line.starts_with(kParameters + ":")) {
+        const auto number = line.substr(kParameters.size() + 1);
+        const auto at = parse_number<std::size_t>(number.substr(0, number.find(':')));
+        const std::string text = parameters_text(metric);
+        std::string_view rest = text;
+        for (std::size_t i = 1; at && i < *at && !rest.empty(); ++i) {
+            rest.remove_prefix(std::min(rest.find('\n'), rest.size() - 1) + 1);
+        }
+        const auto declaration = rest.substr(0, rest.find('\n'));
+        return first([&](const std::string& name) {
+            return declaration.find(fmt::format(" {} = ", name)) != std::string_view::npos;
+        });
+    }
+    if (line.starts_with("lib/")) {
+        return first([&](const std::string& name) {
+            return line.find(fmt::format("'{}'", name)) != std::string_view::npos;
+        });
+    }
+    return nullptr;
+}
+
 /// The first error of the compiler's log as one line for the user.
 std::string explain(const Metric& metric, std::string_view log) {
     constexpr std::string_view kError = "ERROR: ";
@@ -109,8 +151,21 @@ std::string explain(const Metric& metric, std::string_view log) {
     }
     auto line = log.substr(first + kError.size());
     line = line.substr(0, line.find('\n'));
+    line = line.substr(0, line.find_last_not_of(' ') + 1);
+    if (const auto* const name = clashing_name(metric, line)) {
+        return fmt::format(
+            "{}: \"{}\" is a word of GLSL, or of a file in lib/: choose another name", metric.file,
+            *name);
+    }
     std::string what_to_do;
-    if (line.find("global const initializers must be constant") != std::string_view::npos) {
+    if (line.find("overloaded functions must have the same return type") !=
+        std::string_view::npos) {
+        for (const auto& function : functions(metric)) {
+            if (line.find(fmt::format("'{}'", function.name)) != std::string_view::npos) {
+                what_to_do = fmt::format(": expected \"{}\"", function.declaration);
+            }
+        }
+    } else if (line.find("global const initializers must be constant") != std::string_view::npos) {
         what_to_do =
             ": what is computed from a parameter, or by a function of the file, belongs into the "
             "function that uses it";
@@ -123,7 +178,7 @@ std::string explain(const Metric& metric, std::string_view log) {
     return fmt::format("{} cannot be compiled: {}", metric.file, line);
 }
 
-/// The text of a user's file without its macros, so that they end with it.
+/// The text of a metric without its macros, so that they end with it.
 std::string preprocessed(const Metric& metric) {
     const auto library_only = [](std::string_view name, std::string_view) {
         return name.starts_with("lib/") ? find_file(name) : nullptr;
@@ -140,6 +195,25 @@ std::string preprocessed(const Metric& metric) {
     }
     check_metric_words(text, kText, metric.file);
     return text;
+}
+
+/// Refuses, in a user's summary, what a metric over voxels has: nothing would call it.
+void require_summary_only(const Metric& metric, const spirv::Module& module) {
+    constexpr std::array<Function, 4> kOthers = {{{"transform(vd3;struct-Voxel", kTransform.name},
+                                                  {"weight(struct-Voxel", kWeight.name},
+                                                  {"difference(d1;", kDifference.name},
+                                                  {"difference(vd3;vd3;", kDifference.name}}};
+    for (const auto& function : module.functions) {
+        const auto& name = module.name(function.id());
+        for (const auto& [beginning, short_name] : kOthers) {
+            if (name.starts_with(beginning)) {
+                throw InputError(
+                    fmt::format("{}:{}: {}() beside windows and features: a summary has window() "
+                                "and feature(), and nothing calls another",
+                                metric.file, function.head.line, short_name));
+            }
+        }
+    }
 }
 
 /// Tells a kernel what it is to do with numbers, as far as its device can be told. In GLSL an
@@ -165,11 +239,11 @@ void declare(const device::FloatControls& floats, bool keeps_nan, spirv::Module&
 class Compiler {
   public:
     Compiler(const Metric& metric, const device::FloatControls& floats)
-        : metric_(metric),
-          floats_(floats),
-          text_{ShaderText{"parameters", parameters_text(metric)},
-                ShaderText{kText, metric.is_checked() ? preprocessed(metric) : metric.source}},
-          preamble_(preamble(metric, floats)) {
+        : metric_(metric), floats_(floats), preamble_(preamble(metric, floats)) {
+        const ShaderText parameters = {kParameters, parameters_text(metric)};
+        const std::string plain = preprocessed(metric);
+        in_float32_ = {parameters, {kText, plain}};
+        in_float64_ = {parameters, {kText, with_double_literals(plain)}};
         if ((metric.is_checked() || metric.is_summary()) && !floats.float64) {
             throw std::logic_error(metric.name + " needs float64 in shaders");
         }
@@ -182,17 +256,22 @@ class Compiler {
         const auto* const shader = find_file(fmt::format("framework/{}.comp", stage));
         const bool is_guarded = has_metric && metric_.is_checked();
         const bool keeps_nan = is_guarded && floats_.keeps_nan;
+        const bool is_float64 = shader->text.find("#define METRIC_FLOAT64") != std::string::npos;
+        const auto& text = is_float64 ? in_float64_ : in_float32_;
         spirv::Module module;
         try {
             module = spirv::Module(device::compile_shader(
                 *shader, preamble_ + (keeps_nan ? "#define KEEPS_NAN\n" : ""), any_file,
-                has_metric ? std::span(text_) : std::span<const ShaderText>(),
+                has_metric ? std::span(text) : std::span<const ShaderText>(),
                 // The code of a metric is given calls afterwards.
                 is_guarded ? device::Uncalled::kept : device::Uncalled::dropped));
         } catch (const device::ShaderRefused& refused) {
             throw InputError(explain(metric_, refused.what()));
         }
         if (is_guarded) {
+            if (metric.is_summary()) {
+                require_summary_only(metric_, module);
+            }
             fix_parameters(module);
             guard_metric_code(module, check_metric_code(module, metric_.file, kText));
         }
@@ -229,7 +308,8 @@ class Compiler {
 
     const Metric& metric_;
     const device::FloatControls& floats_;
-    std::array<ShaderText, 2> text_;
+    std::array<ShaderText, 2> in_float32_;
+    std::array<ShaderText, 2> in_float64_;
     std::string preamble_;
 };
 
@@ -245,7 +325,9 @@ MetricKernels compile_kernels(const Metric& metric, const device::FloatControls&
         kernels.window = compile("window", true);
         kernels.window_parts = compile("window_parts", false);
         kernels.window_sums = compile("window_sums", false);
-        kernels.feature = compile("feature", true);
+        if (metric.is_checked()) {  // the library's are those of its twin, on every device
+            kernels.feature = compile("feature", true);
+        }
         return kernels;
     }
     const auto compile_if = [&](bool needed, const char* stage, bool has_metric) {

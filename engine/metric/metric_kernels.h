@@ -15,7 +15,7 @@ struct MetricKernels {
     std::vector<std::uint32_t> norms;           // where has_norms()
     std::vector<std::uint32_t> ranges, slopes;  // where has_slopes()
     std::vector<std::uint32_t> check;           // where is_checked()
-    // Of a summary these, and none of the others.
+    // Of a summary these, and none of the others; feature where is_checked().
     std::vector<std::uint32_t> window = {}, window_parts = {}, window_sums = {}, feature = {};
 };
 

@@ -17,6 +17,16 @@ vec3 transform_of(Chosen& chosen, std::span<const Voxel, kBlockVoxels> voxels,
     return chosen.transform(vec3(samples[0][k], samples[1][k], samples[2][k]), voxels[k]);
 }
 
+/// The weight of a voxel in a window, of a metric that has windows.
+template <typename Chosen>
+double window_of(Chosen& chosen, std::uint32_t window, const Voxel& voxel) {
+    if constexpr (requires { chosen.window(0, voxel); }) {
+        return chosen.window(static_cast<int>(window), voxel);
+    } else {
+        return 0;
+    }
+}
+
 /// The difference of the samples at k, in either of its two forms.
 template <typename Chosen>
 double difference_of(Chosen& chosen, const BlockSamples& a, const BlockSamples& b, std::size_t k) {

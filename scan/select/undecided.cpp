@@ -343,12 +343,22 @@ std::vector<OpenConfiguration> list_undecided(const Distances& distances, std::s
     const auto add_open = [&](std::span<const double> values, std::span<const double> bounds,
                               const std::string& metric) {
         const auto order = by_lower_end(values, bounds);
-        for (auto one = order.begin(); one != order.end(); ++one) {
-            for (auto other = one + 1; other != order.end() && open.size() < most &&
-                                       lower(values, bounds, *other) <= upper(values, bounds, *one);
-                 ++other) {
-                if (values[*one] != values[*other]) {
-                    open.push_back({std::min(*one, *other), std::max(*one, *other), metric});
+        // The next place with another value: what ties is passed over at once, however much it is.
+        std::vector<std::size_t> next(order.size(), order.size());
+        for (std::size_t i = order.size(); i-- > 1;) {
+            next[i - 1] = values[order[i - 1]] == values[order[i]] ? next[i] : i;
+        }
+        for (std::size_t i = 0; i < order.size() && open.size() < most; ++i) {
+            const std::uint32_t one = order[i];
+            for (std::size_t j = i + 1; j < order.size() && open.size() < most;) {
+                const std::uint32_t other = order[j];
+                if (values[one] == values[other]) {
+                    j = next[j];
+                } else if (lower(values, bounds, other) <= upper(values, bounds, one)) {
+                    open.push_back({std::min(one, other), std::max(one, other), metric});
+                    ++j;
+                } else {
+                    break;
                 }
             }
         }

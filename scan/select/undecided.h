@@ -47,7 +47,7 @@ struct OpenConfiguration {
 };
 
 /// At most so many of them, those under the first metric first, by ascending distance. One that is
-/// open under both metrics is there twice.
+/// open under both metrics is there twice. O(P log P + most), however many tie.
 std::vector<OpenConfiguration> list_undecided(const Distances& distances, std::size_t most);
 
 }  // namespace merl::scan

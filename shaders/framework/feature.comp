@@ -1,8 +1,8 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 
-// Means over the windows of a summary metric -> its features. One invocation computes one feature of one row
-// of means.
+// Means over the windows of a user's summary metric -> its features. One invocation computes one feature of
+// one row of means.
 
 #define METRIC_FLOAT64
 #include "framework/metric.glsl"

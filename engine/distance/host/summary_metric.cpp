@@ -112,7 +112,7 @@ void SummaryMetric::add(std::size_t material, std::span<const BlockSamples> bloc
 }
 
 MetricDistances SummaryMetric::distances() const {
-    return summary_distances(*metric_, totals_.means(), twin_features(*metric_), materials_);
+    return summary_distances(*metric_, totals_.means(), materials_);
 }
 
 }  // namespace merl::engine

@@ -4,6 +4,7 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "engine/base/error.h"
@@ -11,21 +12,33 @@
 namespace merl::engine {
 namespace {
 
-// What a feature is off by (docs/numerics.md): a mean, relative to itself; and what computing a
-// feature from means rounds, relative to the larger of it and 1. Both with room for what a window's
-// weight and a device's logarithm are off by.
+/// What a mean is off by, relative to itself (docs/numerics.md).
 constexpr double kMeanError = 1e-14;
+
+/// The bounds on errors are computed in float64 too.
+constexpr double kSlack = 1.001;
+
+// The features of a user's file are evaluated some times, to see what moves them: at the means;
+// with each number of them moved, up and down; and at places in a row, from one to the next of
+// which all numbers are moved, each by another share of kPlace.
+constexpr double kStep = 0x1p-20;
+constexpr double kPlace = 0x1p-24;
+constexpr std::size_t kPlaces = 16;
+
+/// Taken of a feature's noise, which is a standard deviation: the sum of ten errors, each of them
+/// uniform, is within.
+constexpr double kOfNoise = 6;
+
+/// What a feature is off by besides, relative to the larger of it and 1: logarithms of devices, all
+/// on one side.
 constexpr double kFeatureError = 2e-14;
 
-/// How far means are moved to see how much features move.
-constexpr double kStep = 0x1p-20;
+/// Materials whose features are evaluated at a time, each in all its rows.
+constexpr std::size_t kAtATime = 16;
 
-/// Materials whose features are evaluated at a time, each with all its moved means.
-constexpr std::size_t kAtATime = 64;
-
-/// Rows of a material: its means, and each number of them moved.
+/// Rows of means of a material.
 std::size_t rows_of(const Metric& metric) {
-    return 1 + 3 * metric.header.windows.size();
+    return 1 + 2 * 3 * metric.header.windows.size() + kPlaces;
 }
 
 void add_compensated(double term, double& sum, double& lost) {
@@ -55,7 +68,98 @@ struct Evaluated {
         metric.is_checked() ? ", or goes wrong on the way (docs/metrics.md)" : "", material, text));
 }
 
+void require_finite(const Metric& metric, std::span<const double> features,
+                    const std::string& material, std::span<const WindowMean> means) {
+    for (std::size_t i = 0; i < features.size(); ++i) {
+        if (!std::isfinite(features[i])) {
+            refuse_feature(metric, i, features[i], material, means);
+        }
+    }
+}
+
+double norm(std::span<const double> errors) {
+    double squares = 0;
+    for (const double error : errors) {
+        squares += error * error;
+    }
+    return std::isnan(squares) ? HUGE_VAL : kSlack * std::sqrt(squares);
+}
+
+/// By the metric's twin, with bounds.
 Evaluated evaluate(const Metric& metric, std::span<const WindowMean> means,
+                   std::span<const std::string> materials) {
+    const std::size_t windows = metric.header.windows.size();
+    const std::size_t count = metric.header.features;
+    Evaluated result = {.features = std::vector<double>(materials.size() * count),
+                        .errors = std::vector<double>(materials.size())};
+    tbb::parallel_for(std::size_t{0}, materials.size(), [&](std::size_t m) {
+        const auto of_material = means.subspan(m * windows, windows);
+        metric.twin.features(metric.parameters, of_material,
+                             std::span(result.features).subspan(m * count, count));
+        std::vector<double> errors(count);
+        metric.twin.errors(metric.parameters, of_material, kMeanError, errors);
+        result.errors[m] = norm(errors);
+    });
+    for (std::size_t m = 0; m < materials.size(); ++m) {
+        require_finite(metric, std::span(result.features).subspan(m * count, count), materials[m],
+                       means.subspan(m * windows, windows));
+    }
+    return result;
+}
+
+/// The rows of one material, [row][window].
+void append_rows(std::span<const WindowMean> means, std::vector<WindowMean>& rows) {
+    const auto append = [&](const auto& moved) {
+        for (std::size_t w = 0; w < means.size(); ++w) {
+            auto& mean = rows.emplace_back(means[w]);
+            for (std::size_t c = 0; c < mean.size(); ++c) {
+                mean[c] *= 1 + moved(w * mean.size() + c);
+            }
+        }
+    };
+    append([](std::size_t) { return 0.0; });
+    for (std::size_t number = 0; number < 3 * means.size(); ++number) {
+        for (const double step : {kStep, -kStep}) {
+            append([&](std::size_t i) { return i == number ? step : 0.0; });
+        }
+    }
+    for (std::size_t place = 1; place <= kPlaces; ++place) {
+        append([&](std::size_t i) {
+            const double golden = 0.618034 * static_cast<double>(i);
+            const double share = 0.5 + golden - std::floor(golden);
+            return kPlace * static_cast<double>(place) * (i % 2 == 0 ? share : -share);
+        });
+    }
+}
+
+/// The standard deviation of what rounding adds to a smooth function, from its values at places in
+/// a row: there is next to nothing else in their fourth differences (Moré and Wild, "Estimating
+/// Computational Noise", 2011). The median of these, so that a corner between two places does not
+/// count; at the means themselves it is before the first.
+double noise_of(std::span<const double, kPlaces> values) {
+    std::array<double, kPlaces> differences = {};
+    std::ranges::copy(values, differences.begin());
+    std::size_t size = kPlaces;
+    for (int order = 0; order < 4; ++order) {
+        --size;
+        for (std::size_t i = 0; i < size; ++i) {
+            differences[i] = differences[i + 1] - differences[i];
+        }
+    }
+    for (std::size_t i = 0; i < size; ++i) {
+        // NaN where a value is none has no place in an order.
+        differences[i] = std::isnan(differences[i]) ? HUGE_VAL : std::abs(differences[i]);
+    }
+    const auto middle = differences.begin() + static_cast<std::ptrdiff_t>(size / 2);
+    std::nth_element(differences.begin(), middle,
+                     differences.begin() + static_cast<std::ptrdiff_t>(size));
+    constexpr double kMedian = 0.6745;      // of |x|, x normal with a standard deviation of 1
+    const double of_one = std::sqrt(70.0);  // 1, 4, 6, 4 and 1 of them
+    return *middle / (kMedian * of_one);
+}
+
+/// By what evaluates a user's file, with estimates in the place of bounds.
+Evaluated estimate(const Metric& metric, std::span<const WindowMean> means,
                    const Features& features, std::span<const std::string> materials) {
     const std::size_t windows = metric.header.windows.size();
     const std::size_t count = metric.header.features;
@@ -63,41 +167,39 @@ Evaluated evaluate(const Metric& metric, std::span<const WindowMean> means,
     Evaluated result;
     std::vector<WindowMean> moved;
     std::vector<double> found;
+    std::vector<double> errors(count);
     for (std::size_t first = 0; first < materials.size(); first += kAtATime) {
         const std::size_t size = std::min(kAtATime, materials.size() - first);
         moved.clear();
         for (std::size_t m = first; m < first + size; ++m) {
-            const auto of_material = means.subspan(m * windows, windows);
-            for (std::size_t row = 0; row < rows; ++row) {
-                moved.insert(moved.end(), of_material.begin(), of_material.end());
-                if (row > 0) {
-                    auto& window = moved[moved.size() - windows + (row - 1) / 3];
-                    window[(row - 1) % 3] *= 1 + kStep;
-                }
-            }
+            append_rows(means.subspan(m * windows, windows), moved);
         }
         found.resize(size * rows * count);
         features(moved, found);
         for (std::size_t m = 0; m < size; ++m) {
-            const double* const at_means = &found[m * rows * count];
-            double squares = 0;
+            const auto at = [&](std::size_t row, std::size_t i) {
+                return found[(m * rows + row) * count + i];
+            };
+            const auto at_means = std::span(found).subspan(m * rows * count, count);
+            require_finite(metric, at_means, materials[first + m],
+                           means.subspan((first + m) * windows, windows));
             for (std::size_t i = 0; i < count; ++i) {
-                const double feature = at_means[i];
-                if (!std::isfinite(feature)) {
-                    refuse_feature(metric, i, feature, materials[first + m],
-                                   means.subspan((first + m) * windows, windows));
-                }
                 double slopes = 0;
-                for (std::size_t row = 1; row < rows; ++row) {
-                    slopes += std::abs(at_means[row * count + i] - feature) / kStep;
+                for (std::size_t number = 0; number < 3 * windows; ++number) {
+                    // Where there is a corner, as in min(R, G, B) of grey, the steeper side.
+                    slopes += std::max(std::abs(at(1 + 2 * number, i) - at_means[i]),
+                                       std::abs(at(2 + 2 * number, i) - at_means[i])) /
+                              kStep;
                 }
-                const double error =
-                    kMeanError * slopes + kFeatureError * std::max(1.0, std::abs(feature));
-                squares += error * error;
-                result.features.push_back(feature);
+                std::array<double, kPlaces> values = {};
+                for (std::size_t place = 0; place < kPlaces; ++place) {
+                    values[place] = at(rows - kPlaces + place, i);
+                }
+                errors[i] = kMeanError * slopes + kOfNoise * noise_of(values) +
+                            kFeatureError * std::max(1.0, std::abs(at_means[i]));
             }
-            const double error = std::sqrt(squares);
-            result.errors.push_back(std::isnan(error) ? HUGE_VAL : error);
+            result.features.insert(result.features.end(), at_means.begin(), at_means.end());
+            result.errors.push_back(norm(errors));
         }
     }
     return result;
@@ -121,10 +223,41 @@ double distance_of(const Metric& metric, std::span<const double> features, std::
     return distance;
 }
 
+MetricDistances distances_between(const Metric& metric, const Evaluated& evaluated,
+                                  std::vector<WindowMean> means,
+                                  std::span<const std::string> materials) {
+    constexpr double kRounding = 1e-14;  // of the root of the sum of 64 squares, relative
+    const auto& [features, errors] = evaluated;
+    MetricDistances result;
+    for (std::size_t a = 0; a < materials.size(); ++a) {
+        for (std::size_t b = a + 1; b < materials.size(); ++b) {
+            const double distance = distance_of(metric, features, a, b, materials);
+            result.values.push_back(distance);
+            result.bounds.push_back(errors[a] + errors[b] + kRounding * distance);
+        }
+    }
+    result.means = std::move(means);
+    return result;
+}
+
+/// Throws InputError unless the weights of a window add up to nothing, where nothing was measured,
+/// or to something in whose products with samples all digits are left.
+void require_weight(const Metric& metric, std::size_t window, double weight) {
+    constexpr double kLeast = 1e-200;
+    constexpr double kMost = 1e200;
+    if (weight != 0 && !(weight >= kLeast && weight <= kMost)) {
+        throw InputError(
+            fmt::format("{}: the weights of its window \"{}\" add up to {:g}: expected {:g} to "
+                        "{:g}; a factor of "
+                        "all weights changes no mean",
+                        metric.file, metric.header.windows[window].name, weight, kLeast, kMost));
+    }
+}
+
 }  // namespace
 
 WindowTotals::WindowTotals(const Metric& metric, std::uint32_t materials)
-    : windows_(metric.header.windows.size()), totals_(windows_ * materials) {}
+    : metric_(&metric), windows_(metric.header.windows.size()), totals_(windows_ * materials) {}
 
 std::uint64_t WindowTotals::bytes(const Metric& metric, std::uint32_t materials) {
     return metric.header.windows.size() * materials * sizeof(Total);
@@ -140,14 +273,13 @@ void WindowTotals::add(std::size_t material, std::size_t window, const WindowSum
 
 std::vector<WindowMean> WindowTotals::means() const {
     std::vector<WindowMean> means(totals_.size());
-    std::ranges::transform(totals_, means.begin(), [](const Total& total) {
-        WindowMean mean = {};
-        for (std::size_t c = 0; c < mean.size(); ++c) {
-            const double weight = total.sum.weights[c];
-            mean[c] = weight > 0 ? total.sum.samples[c] / weight : 0;
+    for (std::size_t at = 0; at < means.size(); ++at) {
+        const auto& sum = totals_[at].sum;
+        for (std::size_t c = 0; c < sum.weights.size(); ++c) {
+            require_weight(*metric_, at % windows_, sum.weights[c]);
+            means[at][c] = sum.weights[c] > 0 ? sum.samples[c] / sum.weights[c] : 0;
         }
-        return mean;
-    });
+    }
     return means;
 }
 
@@ -155,40 +287,28 @@ std::size_t most_rows(const Metric& metric) {
     return kAtATime * rows_of(metric);
 }
 
-Features twin_features(const Metric& metric, Threads threads) {
-    return [&metric, threads](std::span<const WindowMean> means, std::span<double> features) {
+Features twin_features(const Metric& metric) {
+    return [&metric](std::span<const WindowMean> means, std::span<double> features) {
         const std::size_t windows = metric.header.windows.size();
         const std::size_t count = metric.header.features;
-        const std::size_t rows = means.size() / windows;
-        const auto evaluate_row = [&](std::size_t row) {
+        for (std::size_t row = 0; row < means.size() / windows; ++row) {
             metric.twin.features(metric.parameters, means.subspan(row * windows, windows),
                                  features.subspan(row * count, count));
-        };
-        if (threads == Threads::all) {
-            tbb::parallel_for(std::size_t{0}, rows, evaluate_row);
-            return;
-        }
-        for (std::size_t row = 0; row < rows; ++row) {
-            evaluate_row(row);
         }
     };
 }
 
 MetricDistances summary_distances(const Metric& metric, std::vector<WindowMean> means,
-                                  const Features& features,
                                   std::span<const std::string> materials) {
-    constexpr double kRounding = 1e-14;  // of the root of the sum of 64 squares, relative
-    const auto [values, errors] = evaluate(metric, means, features, materials);
-    MetricDistances result;
-    for (std::size_t a = 0; a < materials.size(); ++a) {
-        for (std::size_t b = a + 1; b < materials.size(); ++b) {
-            const double distance = distance_of(metric, values, a, b, materials);
-            result.values.push_back(distance);
-            result.bounds.push_back(errors[a] + errors[b] + kRounding * distance);
-        }
-    }
-    result.means = std::move(means);
-    return result;
+    const auto evaluated = evaluate(metric, means, materials);
+    return distances_between(metric, evaluated, std::move(means), materials);
+}
+
+MetricDistances estimated_summary_distances(const Metric& metric, std::vector<WindowMean> means,
+                                            const Features& features,
+                                            std::span<const std::string> materials) {
+    const auto evaluated = estimate(metric, means, features, materials);
+    return distances_between(metric, evaluated, std::move(means), materials);
 }
 
 std::vector<double> summary_values(const Metric& metric, std::span<const WindowMean> means,
@@ -198,11 +318,9 @@ std::vector<double> summary_values(const Metric& metric, std::span<const WindowM
     const std::size_t count = metric.header.features;
     std::vector<double> found(materials.size() * count);
     features(means, found);
-    for (std::size_t i = 0; i < found.size(); ++i) {
-        if (!std::isfinite(found[i])) {
-            refuse_feature(metric, i % count, found[i], materials[i / count],
-                           means.subspan(i / count * windows, windows));
-        }
+    for (std::size_t m = 0; m < materials.size(); ++m) {
+        require_finite(metric, std::span(found).subspan(m * count, count), materials[m],
+                       means.subspan(m * windows, windows));
     }
     std::vector<double> distances;
     for (std::size_t a = 0; a < materials.size(); ++a) {
@@ -211,48 +329,6 @@ std::vector<double> summary_values(const Metric& metric, std::span<const WindowM
         }
     }
     return distances;
-}
-
-std::optional<std::string> empty_window(const Metric& metric, const Grid& grid) {
-    // Voxels from all over the domain first: on a grid like MERL's the first block shows all
-    // windows.
-    constexpr std::uint64_t kStride = 100'003;  // a prime, so that every voxel has its turn
-    const Domain domain(grid);
-    const std::uint64_t count = grid.voxels();
-    const std::uint64_t stride = count % kStride == 0 ? 1 : kStride;
-    std::vector<bool> is_empty(metric.header.windows.size(), true);
-    std::vector<Voxel> voxels(kBlockVoxels);
-    BlockWeights weights;
-    std::uint64_t at = 0;
-    for (std::uint64_t first = 0; first < count; first += kBlockVoxels) {
-        const std::uint64_t size = std::min<std::uint64_t>(kBlockVoxels, count - first);
-        for (std::uint64_t k = 0; k < size; ++k) {
-            voxels[k] = domain.voxel(at);
-            at = (at + stride) % count;
-        }
-        for (std::uint32_t w = 0; w < is_empty.size(); ++w) {
-            if (is_empty[w]) {
-                metric.twin.window(metric.parameters, std::span<const Voxel, kBlockVoxels>(voxels),
-                                   w, weights);
-                for (std::uint64_t k = 0; k < size; ++k) {
-                    if (voxels[k].above_horizon() && weights[k] > 0) {
-                        is_empty[w] = false;
-                    }
-                }
-            }
-        }
-        if (std::ranges::find(is_empty, true) == is_empty.end()) {
-            return std::nullopt;
-        }
-    }
-    const auto window = std::ranges::find(is_empty, true) - is_empty.begin();
-    return metric.header.windows[static_cast<std::size_t>(window)].name;
-}
-
-void refuse_empty_window(const Metric& metric, const std::string& window, const Grid& grid) {
-    throw InputError(
-        fmt::format("{}: its window \"{}\" has no voxel above the horizon on the grid {}",
-                    metric.name, window, grid.text()));
 }
 
 }  // namespace merl::engine

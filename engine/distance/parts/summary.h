@@ -3,7 +3,6 @@
 #include <array>
 #include <cstdint>
 #include <functional>
-#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -36,45 +35,44 @@ class WindowTotals {
     /// compensation keeps what each addition rounds off.
     void add(std::size_t material, std::size_t window, const WindowSum& sum);
 
-    /// Σ w f / Σ w, [material][window]; 0 where nothing was measured.
+    /// Σ w f / Σ w, [material][window]; 0 where nothing was measured. Throws InputError where Σ w
+    /// is so small or large that products leave the range of float64.
     std::vector<WindowMean> means() const;
 
   private:
     struct Total {
         WindowSum sum, lost;
     };
+    const Metric* metric_;
     std::size_t windows_;
     std::vector<Total> totals_;  // [material][window]
 };
 
+/// The distances between the features of the means, [material][window], by the metric's twin: the
+/// same bits whatever engine summed. `bounds` are proven (docs/numerics.md). Throws InputError
+/// where a feature or a distance is NaN or infinite, which names the material as the database does.
+MetricDistances summary_distances(const Metric& metric, std::vector<WindowMean> means,
+                                  std::span<const std::string> materials);
+
 /// Evaluates the features of some rows of means, [row][window], as [row][feature].
 using Features = std::function<void(std::span<const WindowMean> means, std::span<double> features)>;
 
-/// The most rows that summary_distances() has evaluated at a time.
+/// The same of a metric without a twin, whose features something else evaluates. `bounds` are
+/// estimates. Throws likewise.
+MetricDistances estimated_summary_distances(const Metric& metric, std::vector<WindowMean> means,
+                                            const Features& features,
+                                            std::span<const std::string> materials);
+
+/// The most rows that are evaluated at a time for that.
 std::size_t most_rows(const Metric& metric);
 
-/// By the metric's twin, on all threads or on that which asks.
-enum class Threads { all, own };
-Features twin_features(const Metric& metric, Threads threads = Threads::all);
+/// By the metric's twin, on the thread that asks.
+Features twin_features(const Metric& metric);
 
-/// The distances between the features of the means, [material][window], with their bounds. Throws
-/// InputError where a feature or a distance is NaN or infinite, which names the material as the
-/// database does.
-MetricDistances summary_distances(const Metric& metric, std::vector<WindowMean> means,
-                                  const Features& features, std::span<const std::string> materials);
-
-/// The same distances without their bounds: what a search for parameters takes, again and again.
-/// Throws likewise.
+/// The same distances without bounds, by whatever evaluates features: what a search for parameters
+/// takes, again and again. Throws likewise.
 std::vector<double> summary_values(const Metric& metric, std::span<const WindowMean> means,
                                    const Features& features,
                                    std::span<const std::string> materials);
-
-/// The first window of a summary metric with a twin that weighs no voxel of the grid above the
-/// horizon; none when there is none.
-std::optional<std::string> empty_window(const Metric& metric, const Grid& grid);
-
-/// Throws InputError that names the window and the grid.
-[[noreturn]] void refuse_empty_window(const Metric& metric, const std::string& window,
-                                      const Grid& grid);
 
 }  // namespace merl::engine

@@ -257,7 +257,9 @@ class VulkanEngine final : public Engine {
     }
 
     Features features(const Metric& metric, const std::function<void()>& meanwhile) override {
-        return device_features(context_, metric, meanwhile);
+        // The library's are the same bits on every device.
+        return metric.has_twin() ? twin_features(metric)
+                                 : device_features(context_, metric, meanwhile);
     }
 
     std::unique_ptr<EngineWork> start(std::span<const Metric* const> metrics, const Extent& extent,

@@ -7,6 +7,7 @@
 #include <memory>
 
 #include "engine/device/submission.h"
+#include "engine/distance/parts/window_check.h"
 #include "engine/metric/metric_kernels.h"
 
 namespace merl::engine {
@@ -56,9 +57,10 @@ std::size_t windows_of(const Metric& metric) {
     return metric.header.windows.size();
 }
 
-/// What a block of a window takes, in float32 operations, likewise guessed as in vulkan_metric.cpp.
+/// What a window at a voxel, or a feature, takes in float32 operations, likewise guessed as in
+/// vulkan_metric.cpp.
 double operations(const Metric& metric) {
-    return 1.0 * kBlockVoxels * 64 * 32 * (metric.has_twin() ? 1 : 10);
+    return 1.0 * 64 * 32 * (metric.has_twin() ? 1 : 10);
 }
 
 Kernel make_kernel(Context& context, const Metric& metric, const char* stage,
@@ -98,8 +100,11 @@ void evaluate(Context& context, const Metric& metric, const Kernel& feature,
     device::Submission submission(context);
     submission.begin();
     submission.upload(from, from.bytes());
-    submission.dispatch(kernel, bytes_of(FeaturePush{rows, metric.header.features}),
-                        groups_of(rows), metric.header.features);
+    const device::WorkBudget budget(context.info(), kLanes * operations(metric));
+    double units = 0;
+    PacedWork(submission)
+        .dispatch(kernel, bytes_of(FeaturePush{rows, metric.header.features}), groups_of(rows),
+                  metric.header.features, {1, budget, units});
     submission.download(to, to.bytes());
     submission.submit();
     submission.wait(meanwhile);
@@ -133,9 +138,10 @@ std::uint64_t VulkanSummary::sums_bytes(const DeviceExtent& extent, const Metric
 }
 
 std::uint64_t VulkanSummary::fixed_bytes(const Metric& metric, std::uint32_t materials) {
+    const std::uint64_t row =
+        windows_of(metric) * sizeof(WindowMean) + metric.header.features * sizeof(double);
     return WindowTotals::bytes(metric, materials) +
-           2 * most_rows(metric) *
-               (windows_of(metric) * sizeof(WindowMean) + metric.header.features * sizeof(double));
+           (metric.has_twin() ? 0 : 2 * most_rows(metric) * row);
 }
 
 VulkanSummary::VulkanSummary(Context& context, const DeviceExtent& extent, const Metric& metric)
@@ -148,7 +154,7 @@ VulkanSummary::VulkanSummary(Context& context, const DeviceExtent& extent, const
       extent_(extent),
       totals_(metric, extent.materials),
       has_voxel_(windows_of(metric)),
-      budget_(context.info(), operations(metric)),
+      budget_(context.info(), kBlockVoxels * operations(metric)),
       weights_(context, weights_bytes(extent, metric), Traffic::none, Texels::words),
       window_(make_kernel(context, metric, "window", spirv.window, {kTexels, kStorage},
                           sizeof(WindowPush))),
@@ -156,8 +162,11 @@ VulkanSummary::VulkanSummary(Context& context, const DeviceExtent& extent, const
                                 {kTexels, kStorage}, sizeof(PartsPush))),
       window_sums_(make_kernel(context, metric, "sums of windows", spirv.window_sums,
                                {kTexels, kTexels, kTexels, kStorage}, sizeof(SumsPush),
-                               kWindowLanes)),
-      feature_(feature_kernel(context, metric, spirv.feature)) {}
+                               kWindowLanes)) {
+    if (!metric.has_twin()) {
+        feature_.emplace(feature_kernel(context, metric, spirv.feature));
+    }
+}
 
 VulkanSummary::Products::Products(Context& context, VulkanSummary& work, SlabBuffers& slab)
     : parts_(context, parts_bytes(work.extent_, *work.metric_), Traffic::download, Texels::words),
@@ -217,25 +226,32 @@ std::optional<VulkanSummary::BadWeight> VulkanSummary::add(const Products& produ
 }
 
 MetricDistances VulkanSummary::distances(const WorkSite& site, bool is_trial) {
-    auto means = totals_.means();
     const Features on_device = [&](std::span<const WindowMean> rows, std::span<double> found) {
-        evaluate(*context_, *metric_, feature_, site.meanwhile, rows, found);
+        evaluate(*context_, *metric_, feature_.value(), site.meanwhile, rows, found);
     };
-    const auto empty = std::ranges::find(has_voxel_, false) - has_voxel_.begin();
-    if (static_cast<std::size_t>(empty) == has_voxel_.size()) {
-        return summary_distances(*metric_, std::move(means), on_device, site.database.materials());
+    if (is_trial && !metric_->has_twin()) {
+        // Made-up materials, on a grid where a window may be empty: nobody asks for numbers. But
+        // features have to end.
+        auto means = totals_.means();
+        std::vector<double> found(std::size_t{extent_.materials} * metric_->header.features);
+        on_device(means, found);
+        const std::size_t pairs = std::size_t{extent_.materials} * (extent_.materials - 1) / 2;
+        return {.values = std::vector<double>(pairs),
+                .bounds = std::vector<double>(pairs),
+                .means = std::move(means)};
     }
-    if (!is_trial) {
-        refuse_empty_window(*metric_, metric_->header.windows[static_cast<std::size_t>(empty)].name,
-                            site.database.grid());
+    std::vector<std::string> empty;
+    for (std::size_t w = 0; w < has_voxel_.size(); ++w) {
+        if (!has_voxel_[w]) {
+            empty.push_back(metric_->header.windows[w].name);
+        }
     }
-    // Of no voxel there is no mean that could be asked for its features, but they have to end.
-    std::vector<double> found(std::size_t{extent_.materials} * metric_->header.features);
-    on_device(means, found);
-    const std::size_t pairs = std::size_t{extent_.materials} * (extent_.materials - 1) / 2;
-    return {.values = std::vector<double>(pairs),
-            .bounds = std::vector<double>(pairs),
-            .means = std::move(means)};
+    refuse_empty_windows(*metric_, empty, site.database.grid());
+    if (metric_->has_twin()) {
+        return summary_distances(*metric_, totals_.means(), site.database.materials());
+    }
+    return estimated_summary_distances(*metric_, totals_.means(), on_device,
+                                       site.database.materials());
 }
 
 }  // namespace merl::engine

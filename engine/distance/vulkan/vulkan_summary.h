@@ -65,8 +65,8 @@ class VulkanSummary {
     /// Adds the sums of a slab to the totals, unless a weight is bad.
     std::optional<BadWeight> add(const Products& products, std::uint32_t blocks);
 
-    /// The distances, after the last slab. Throws InputError for an empty window, unless this is a
-    /// trial, and what summary_distances() throws.
+    /// The distances, after the last slab. Throws InputError for an empty window and what
+    /// summary_distances() throws, unless this is a trial of a user's metric.
     MetricDistances distances(const WorkSite& site, bool is_trial);
 
   private:
@@ -80,7 +80,8 @@ class VulkanSummary {
     std::vector<bool> has_voxel_;  // [window]
     device::WorkBudget budget_;    // in blocks of a window of a material
     device::Buffer weights_;       // float64 [block][window][voxel]
-    device::Kernel window_, window_parts_, window_sums_, feature_;
+    device::Kernel window_, window_parts_, window_sums_;
+    std::optional<device::Kernel> feature_;  // of a metric without a twin
 };
 
 }  // namespace merl::engine

@@ -116,6 +116,32 @@ class Summary(Case):
         self.assert_refused(INPUT, ["\"lobe\""], "compare", "--database", "small", "--metrics",
                             "all,gloss-contrast:haze=1")
 
+    def test_a_metric_whose_weight_lies_in_windows_has_voxels_in_them(self):
+        """On ten layers of theta_h none is between 0.5 and 2 degrees, where half of window-log is."""
+        write_database(self.work / "small", 4, (10, 10, 20))
+        words = ["window-log", "window \"highlight\" has no voxel above the horizon", "10 x 10 x 20"]
+        for metrics in "rmse,window-log", "rmse,window-log:off=2":
+            self.assert_refused(INPUT, words, "scan", "--database", "small", "--metrics", metrics)
+        output = self.assert_success("compare", "--database", "small", "--out", "compared")
+        self.assertRegex(output, "(?m)^left out +window-log: its window \"highlight\" has no voxel above the horizon")
+        summary = read_json(self.work / "compared" / "summary.json")
+        self.assertEqual([line.split(":")[0] for line in summary["metrics_left_out"]], ["gloss-contrast", "window-log"])
+        self.assertNotIn("window-log", [metric["name"] for metric in summary["metrics"]])
+
+    def test_the_trial_asks_for_no_numbers(self):
+        """The materials that a file is tried on are brighter than those of the user's need be."""
+        (self.work / "dark.glsl").write_text(HEADER + WINDOW + FEATURE.replace("m.rgb[whole].y", "log(2.0 - m.rgb[whole].y)"))
+        write_database(self.work / "dim", {f"m{i}": [1500.0 * 0.1 * i] * support.voxels((6, 5, 8)) * 3 for i in range(3)},
+                       (6, 5, 8))
+        self.warns = True  # of black
+        self.scan("--database", "dim", "--metrics", "rmse,dark.glsl")
+
+    def test_a_file_of_ones_own_is_shown(self):
+        text = HEADER + WINDOW + FEATURE
+        (self.work / "mine.glsl").write_text(text)
+        self.assertEqual(self.assert_success("metrics", "show", "./mine.glsl").rstrip(), text.rstrip())
+        self.assert_refused(INPUT, ["none.glsl"], "metrics", "show", "none.glsl")
+
     def test_what_was_not_measured(self):
         """The mean of the rest; for other metrics it is a zero."""
         grid = (6, 5, 8)
@@ -140,7 +166,7 @@ class Summary(Case):
             "mine.glsl:5": HEADER + WINDOW + "float feature(int i, Means m) { return m.rgb[part].y; }\n",
             "window(whole, v) is -1": HEADER + WINDOW.replace("1.0", "-1.0") + FEATURE,
             "feature(0, m) is ": HEADER + WINDOW + FEATURE.replace("return ", "return sqrt(-1.0 - m.rgb[whole].x) + "),
-            "material \"made-up": HEADER + WINDOW + FEATURE.replace("return m", "return log(0.0 * m.rgb[whole].x) + m"),
+            "material \"m00\"": HEADER + WINDOW + FEATURE.replace("return m", "return log(0.0 * m.rgb[whole].x) + m"),
             "\"whole\" has no voxel": HEADER + WINDOW.replace("1.0", "0.0") + FEATURE,
             "calls itself": HEADER + WINDOW + "float f(float x) { return f(x); }\n" + FEATURE.replace("m.rgb", "f(1.0) + m.rgb"),
         }

@@ -7,8 +7,8 @@
 #include <random>
 
 #include "engine/base/error.h"
-#include "engine/database/model_database.h"
 #include "engine/database/content_hash.h"
+#include "engine/database/model_database.h"
 #include "engine/database/open_database.h"
 #include "engine/distance/distances.h"
 #include "engine/distance/float64_distances.h"

@@ -145,8 +145,7 @@ TEST(Distances, OfAMetricWithoutADegreeAreThoseOfFloat64OnTheHost) {
         const auto result = compute_distances(host, database, one, {.memory_bytes = memory});
         EXPECT_EQ(result.distances[0].values, float64_distances(database, metric, all_pairs(9)));
         EXPECT_EQ(result.distances[0].bounds, std::vector<double>(36, 0.0));
-        ASSERT_EQ(result.warnings.size(), 1U);
-        EXPECT_NE(result.warnings[0].find("paw-ciede2000"), std::string::npos);
+        EXPECT_TRUE(result.warnings.empty());  // it is slow, but there is little to do
     }
 }
 

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <fstream>
 #include <functional>
+#include <random>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -17,6 +18,7 @@
 #include "engine/database/subset_database.h"
 #include "engine/distance/distances.h"
 #include "engine/distance/float64_distances.h"
+#include "engine/distance/parts/window_check.h"
 #include "engine/metric/metric_library.h"
 #include "tests/engine/support.h"
 
@@ -124,14 +126,30 @@ TEST(Summary, WindowsOfTheLibraryOnTheGridOfMerl) {
     }
 }
 
-TEST(Summary, AnEmptyWindowIsNamed) {
+TEST(Summary, EmptyWindowsAreNamed) {
     const Metric& metric = find_metric("gloss-contrast");
-    EXPECT_EQ(empty_window(metric, {}), std::nullopt);
-    EXPECT_EQ(empty_window(metric, {.theta_h = 23, .theta_d = 23, .phi_d = 46}), std::nullopt);
+    EXPECT_TRUE(empty_windows(metric, {}).empty());
+    EXPECT_TRUE(empty_windows(metric, {.theta_h = 23, .theta_d = 23, .phi_d = 46}).empty());
     for (std::uint32_t n = 2; n <= 22; ++n) {
-        EXPECT_NE(empty_window(metric, {.theta_h = n, .theta_d = n, .phi_d = 2 * n}), std::nullopt)
+        EXPECT_FALSE(empty_windows(metric, {.theta_h = n, .theta_d = n, .phi_d = 2 * n}).empty())
             << n;
     }
+    // All of them: the six layers are at 7.5, 22.5, 37.5, 52.5, 67.5 and 82.5 of the 90.
+    EXPECT_EQ(empty_windows(metric, {.theta_h = 6, .theta_d = 6, .phi_d = 12}),
+              (std::vector<std::string>{"lobe", "layers_0", "layers_3", "layers_12", "layers_54"}));
+    // Of a metric with a degree, that has windows for nothing else.
+    const Metric& over_voxels = find_metric("window-log");
+    std::vector<std::uint32_t> without;
+    for (std::uint32_t n = 2; n <= 40; ++n) {
+        const auto empty = empty_windows(over_voxels, {.theta_h = n, .theta_d = n, .phi_d = 2 * n});
+        if (!empty.empty()) {
+            EXPECT_EQ(empty, std::vector<std::string>{"highlight"}) << n;
+            without.push_back(n);
+        }
+    }
+    EXPECT_EQ(without, (std::vector<std::uint32_t>{2, 3, 7, 8, 9, 10}));
+    EXPECT_TRUE(
+        empty_windows(find_metric("rmse"), {.theta_h = 1, .theta_d = 1, .phi_d = 1}).empty());
     const auto small = open_model("abc", {.theta_h = 6, .theta_d = 6, .phi_d = 12});
     const Metric of_a_user = without_twin(metric);
     for (const auto* one : {&metric, &of_a_user}) {
@@ -141,7 +159,7 @@ TEST(Summary, AnEmptyWindowIsNamed) {
                 compute_distances(test::engines(in_shaders), *small, list);
                 FAIL() << in_shaders;
             } catch (const InputError& error) {
-                EXPECT_NE(std::string(error.what()).find("\"lobe\" has no voxel"),
+                EXPECT_NE(std::string(error.what()).find("\"lobe\", \"layers_0\""),
                           std::string::npos)
                     << error.what();
                 EXPECT_NE(std::string(error.what()).find("6 x 6 x 12"), std::string::npos);
@@ -253,7 +271,7 @@ TEST(Summary, DoesNotDependOnSlabSizeStagingOrThreads) {
 }
 
 TEST(Summary, DistancesUnderOtherParametersComeFromMeans) {
-    const auto database = make_abc_database({.theta_h = 30, .theta_d = 30, .phi_d = 60});
+    const auto database = open_model("abc", {.theta_h = 30, .theta_d = 30, .phi_d = 60});
     const Metric& metric = find_metric("gloss-contrast");
     auto parameters = metric.parameters;
     parameters[2] = 1;      // haze
@@ -276,12 +294,21 @@ TEST(Summary, DistancesUnderOtherParametersComeFromMeans) {
                                      database->materials()),
                       whole.values);
             if (one.has_twin() && !in_shaders) {
-                EXPECT_EQ(summary_values(other, means, twin_features(other, Threads::own),
-                                         database->materials()),
+                EXPECT_EQ(summary_values(other, means, twin_features(other), database->materials()),
                           whole.values);
             }
         }
     }
+}
+
+/// Of the library that is every bit: means have one order, and features are those of the twin.
+TEST(Summary, TheLibraryHasTheSameBitsOnEveryEngine) {
+    const FunctionDatabase database({.theta_h = 24, .theta_d = 12, .phi_d = 24}, 20,
+                                    test::random_sample);
+    const Metric other = open_metric("gloss-contrast:haze=3:tint=1e-9:blue_yellow=10");
+    const Metric* const both[] = {&find_metric("gloss-contrast"), &other};
+    EXPECT_EQ(compute_distances(test::engines(false), database, both).distances,
+              compute_distances(test::engines(true), database, both).distances);
 }
 
 /// Where shaders have no float64 the host does all of it.
@@ -307,8 +334,7 @@ TEST(Summary, FeaturesOfOtherParametersNeedNoSamples) {
     const Metric* const both[] = {&usual, &other};
     Engines host({.device = kHost});
     const auto found = compute_distances(host, *database, both);
-    EXPECT_EQ(summary_distances(other, found.distances[0].means, twin_features(other),
-                                database->materials()),
+    EXPECT_EQ(summary_distances(other, found.distances[0].means, database->materials()),
               found.distances[1]);
 }
 
@@ -426,6 +452,240 @@ TEST(Summary, WhatIsWrongWithAFileIsNamed) {
         "float seen = 0.0;\nfloat window(int w, Voxel v) { seen += 1.0; return seen; }\n" + feature,
         {"\"seen\" is a variable of the whole file"});
     expect(window + "float feature(int i, Means m) { return 1e200 * m.rgb[all].x; }", {"beyond"});
+}
+
+/// What a compiler makes of literals without another operand is a float, unless they are told to be
+/// doubles: a tenth of a float is off by 1.5e-8 of itself.
+TEST(Summary, LiteralsAreFloat64) {
+    const FunctionDatabase database({.theta_h = 3, .theta_d = 4, .phi_d = 8}, 2,
+                                    [](std::size_t material, std::uint64_t, std::size_t) {
+                                        return 1.0 + static_cast<double>(material);
+                                    });
+    const std::string header = "// window: all of it\n// features: 1\n";
+    const auto distance = [&](const std::string& lines) {
+        const Metric metric = test::metric_of(header + lines);
+        const Metric* const one[] = {&metric};
+        return compute_distances(test::shader_engines(), database, one).distances[0].values[0];
+    };
+    const std::string window = "float window(int w, Voxel v) { return 1.0; }\n";
+    for (const std::string tenth :
+         {"(i == 0 ? 0.1 : 0.3)", "(i == 0 ? 0.1f : 0.3f)", "-(i == 0 ? -0.1 : 0.3)",
+          "(i == 0 ? 1.0 / 10.0 : 0.3)", "max(i == 0 ? 0.1 : 0.3, 0.01)", "max(0.1, 0.01)",
+          "tenth(i)", "vec3(i == 0 ? 0.1 : 0.3).y", "kTenth", "tenths[i]"}) {
+        const std::string helpers =
+            "const float kTenth = true ? 0.1 : 0.3;\nconst float tenths[2] = { 0.1, 0.3 };\n"
+            "float tenth(int i) { return i == 0 ? (0.1) : 0.3; }\n";
+        EXPECT_NEAR(distance(helpers + window + "float feature(int i, Means m) { return " + tenth +
+                             " * m.rgb[all].y; }\n"),
+                    0.1, 1e-15)
+            << tenth;
+    }
+    EXPECT_NEAR(
+        distance(window + "float feature(int i, Means m) { float sum = 1.0; sum += i == 0 ? "
+                          "0.1 : 0.3; return (sum - 1.0) * m.rgb[all].y; }\n"),
+        0.1, 1e-15);
+    // Neither 0 nor infinite, as in float32.
+    EXPECT_NEAR(distance(window + "float feature(int i, Means m) { return (i == 0 ? 1e300 : 0.0) * "
+                                  "((i == 0 ? 1e-300 : 0.0) * m.rgb[all].y); }\n"),
+                1, 1e-14);
+    // A window of two parts that weigh 0.1 and 0.7, and a material that is 1 in the first of them.
+    const FunctionDatabase halves({.theta_h = 1, .theta_d = 1, .phi_d = 2}, 2,
+                                  [](std::size_t material, std::uint64_t voxel, std::size_t) {
+                                      return material == 0 && voxel == 0 ? 1.0 : 0.0;
+                                  });
+    const Metric weighted =
+        test::metric_of(header +
+                        "float window(int w, Voxel v) { return v.phi_d < 1.0 ? 0.1 : 0.7; }\n"
+                        "float feature(int i, Means m) { return m.rgb[all].y; }\n");
+    const Metric* const one[] = {&weighted};
+    EXPECT_NEAR(compute_distances(test::shader_engines(), halves, one).distances[0].values[0],
+                0.125, 1e-15);
+    // Of a metric over voxels, whose grid is float32 again: what is left is nothing, and
+    // not 1.5e-9.
+    const Metric over_voxels = test::metric_of(
+        "// degree: 2\nvec3 transform(vec3 f, Voxel v) {\n"
+        "    float tenth = 0.1;\n    return ((v.phi_d > 0.0 ? 0.1 : 0.3) - tenth) * f;\n}\n"
+        "float weight(Voxel v) { return 1.0; }\nfloat difference(float d) { return d * d; }\n");
+    const Metric* const other[] = {&over_voxels};
+    EXPECT_EQ(compute_distances(test::shader_engines(), database, other).distances[0].values[0], 0);
+}
+
+/// A summary of these lines, computed in shaders, beside its features in long double.
+void expect_within_bounds(const Metric& metric, const Database& database, double most,
+                          long double (*feature)(const WindowMean& mean)) {
+    const Metric* const one[] = {&metric};
+    const auto found = compute_distances(test::shader_engines(), database, one).distances[0];
+    std::size_t p = 0;
+    for (std::size_t a = 0; a < database.materials().size(); ++a) {
+        for (std::size_t b = a + 1; b < database.materials().size(); ++b, ++p) {
+            const long double exact = std::abs(feature(found.means[a]) - feature(found.means[b]));
+            EXPECT_LE(std::abs(found.values[p] - exact), found.bounds[p]) << a << " " << b;
+            EXPECT_LT(found.bounds[p], most);
+        }
+    }
+}
+
+/// Dark materials, whose logarithms are of little but the constant, and cancel.
+TEST(Summary, TheEstimateSeesWhatCancels) {
+    const FunctionDatabase dark({.theta_h = 4, .theta_d = 4, .phi_d = 8}, 40,
+                                [](std::size_t material, std::uint64_t, std::size_t channel) {
+                                    return 1e-14 *
+                                           std::abs(test::random_sample(material, 0, channel));
+                                });
+    expect_within_bounds(
+        test::metric_of(
+            "// window: whole all\n// features: 1\n"
+            "float window(int w, Voxel v) { return 1.0; }\n"
+            "float feature(int i, Means m) { vec3 c = m.rgb[whole]; return 10.0 * (0.5 * "
+            "log(c.x + 1e-9) + 0.5 * log(c.y + 1e-9) - log(c.z + 1e-9)); }\n"),
+        dark, 2e-12, [](const WindowMean& c) {
+            return 10 * (0.5L * std::log(c[0] + 1e-9L) + 0.5L * std::log(c[1] + 1e-9L) -
+                         std::log(c[2] + 1e-9L));
+        });
+}
+
+/// Grey materials are at a corner of min(): downwards it is as steep as it gets. Means are off by
+/// something like their bound here.
+TEST(Summary, TheEstimateLooksBothWays) {
+    const FunctionDatabase grey({.theta_h = 4, .theta_d = 4, .phi_d = 8}, 9,
+                                [](std::size_t material, std::uint64_t, std::size_t) {
+                                    return 0.1 + 0.07 * static_cast<double>(material);
+                                });
+    const Metric metric = test::metric_of(
+        "// window: whole all\n// features: 1\nfloat window(int w, Voxel v) { return 1.0; }\n"
+        "float feature(int i, Means m) { vec3 c = m.rgb[whole]; return 1000.0 * log(min(min(c.x, "
+        "c.y), c.z)); }\n");
+    expect_within_bounds(metric, grey, 1e-9, [](const WindowMean& c) {
+        return 1000 * std::log(static_cast<long double>(std::min({c[0], c[1], c[2]})));
+    });
+    const Metric* const one[] = {&metric};
+    const auto found = compute_distances(test::shader_engines(), grey, one).distances[0];
+    for (const double bound : found.bounds) {
+        EXPECT_GE(bound, 2e-11);  // 1e-14 of each of the two means
+    }
+}
+
+/// The features of gloss-contrast from its formula, in long double, of means that are off by what
+/// they may be off by.
+std::vector<long double> gloss_contrast(const std::vector<double>& p,
+                                        const std::vector<std::array<long double, 3>>& means) {
+    const long double dark = p[0];
+    const long double knee = p[1];
+    const long double tint = p[7];
+    const auto luminance = [&](std::size_t w) {
+        return 0.212671 * means[w][0] + 0.715160 * means[w][1] + 0.072169 * means[w][2];
+    };
+    const auto& o = means[2];
+    const auto [least, most] = std::minmax({o[0], o[1], o[2]});
+    const auto hue = [&](std::size_t c) { return std::log(o[c] + tint); };
+    std::vector<long double> z = {
+        std::log((luminance(0) + dark) / (luminance(0) + knee)) +
+            p[2] *
+                std::log((luminance(1) + knee) / ((luminance(2) + knee) * (luminance(2) + dark))),
+        p[3] * (most - least) / (most + dark), p[4] * std::log(luminance(1) + dark),
+        p[5] * (hue(0) - hue(1)), p[6] * (hue(0) / 2 + hue(1) / 2 - hue(2))};
+    for (std::size_t w = 3; w < 13; ++w) {
+        z.push_back(std::sqrt(static_cast<long double>(p[8])) * std::log(luminance(w) + dark));
+    }
+    return z;
+}
+
+TEST(Summary, BoundsOfTheLibraryHold) {
+    std::mt19937_64 random(5);
+    std::uniform_real_distribution<double> unit(0, 1);
+    const Metric& usual = find_metric("gloss-contrast");
+    double nearest = 0;
+    for (int trial = 0; trial < 3000; ++trial) {
+        std::vector<double> parameters = usual.parameters;
+        if (trial % 2 == 1) {  // anything, half of it at the ends
+            for (std::size_t i = 0; i < parameters.size(); ++i) {
+                const auto& p = usual.header.parameters[i];
+                const double x = unit(random) < 0.5 ? std::round(unit(random)) : unit(random);
+                parameters[i] = p.low > 0 ? p.low * std::pow(p.high / p.low, x) : x * p.high;
+                parameters[i] = std::clamp(parameters[i], p.low, p.high);
+            }
+        }
+        std::vector<WindowMean> means(13);
+        std::vector<std::array<long double, 3>> exact(13);
+        const double scale = std::pow(10, 16 * unit(random) - 13);
+        const bool is_grey = trial % 3 == 0;
+        for (std::size_t w = 0; w < means.size(); ++w) {
+            for (std::size_t c = 0; c < 3; ++c) {
+                means[w][c] = is_grey && c > 0   ? means[w][0]
+                              : trial % 17 == 16 ? 0
+                                                 : scale * unit(random);
+                exact[w][c] = means[w][c] * (1 + 1e-14L * (2 * unit(random) - 1));
+            }
+        }
+        std::vector<double> features(15);
+        std::vector<double> errors(15);
+        usual.twin.features(parameters, means, features);
+        usual.twin.errors(parameters, means, 1e-14, errors);
+        const auto expected = gloss_contrast(parameters, exact);
+        for (std::size_t i = 0; i < features.size(); ++i) {
+            const auto off = static_cast<double>(std::abs(features[i] - expected[i]));
+            EXPECT_LE(off, errors[i]) << trial << " " << i;
+            EXPECT_LT(errors[i], trial % 2 == 1 ? 1e-10 : 2e-13) << trial << " " << i;
+            nearest = std::max(nearest, off / errors[i]);
+        }
+    }
+    EXPECT_GT(nearest, 0.2);  // what is bounded is near the bound where all is at its worst
+}
+
+TEST(Summary, WeightsAreWithinTheRangeOfSums) {
+    const FunctionDatabase database({.theta_h = 7, .theta_d = 6, .phi_d = 8}, 3,
+                                    test::random_sample);
+    const auto fault = [&](const std::string& weight) {
+        return fault_of(
+            "// window: all of it\n// features: 1\nfloat window(int w, Voxel v) { return " +
+                weight + "; }\nfloat feature(int i, Means m) { return m.rgb[all].x; }\n",
+            database);
+    };
+    EXPECT_EQ(fault("1e190"), "");
+    EXPECT_EQ(fault("1e-190"), "");
+    for (const std::string weight :
+         {"1e-320", "1e-310 * (1.0 + v.theta_d)", "1e-210", "1e308", "1e210"}) {
+        EXPECT_NE(fault(weight).find("the weights of its window \"all\" add up to "),
+                  std::string::npos)
+            << weight << ": " << fault(weight);
+    }
+}
+
+TEST(Summary, WhatBelongsToOtherMetricsIsRefused) {
+    const FunctionDatabase database({.theta_h = 7, .theta_d = 6, .phi_d = 8}, 3,
+                                    test::random_sample);
+    const std::string lines =
+        "// window: all of it\n// features: 1\nfloat window(int w, Voxel v) { return 1.0; }\n"
+        "float feature(int i, Means m) { return m.rgb[all].x; }\n";
+    for (const auto& [name, function] :
+         {std::pair<std::string, std::string>{"difference",
+                                              "float difference(float d) { return d; }"},
+          {"difference", "float difference(vec3 a, vec3 b) { return a.x - b.x; }"},
+          {"weight", "float weight(Voxel v) { return 1.0; }"},
+          {"transform", "vec3 transform(vec3 f, Voxel v) { return f; }"}}) {
+        const auto fault = fault_of(lines + function, database);
+        EXPECT_NE(fault.find("my.glsl:5: " + name + "() beside windows"), std::string::npos)
+            << fault;
+    }
+    EXPECT_EQ(fault_of(lines + "float weight(float x) { return x; }", database), "");
+    const auto returns = fault_of(
+        "// window: all of it\n// features: 1\nfloat window(int w, Voxel v) { return 1.0; }\n"
+        "int feature(int i, Means m) { return 1; }\n",
+        database);
+    EXPECT_NE(returns.find("my.glsl:4: "), std::string::npos) << returns;
+    EXPECT_NE(returns.find("expected \"float feature(int i, Means m)\""), std::string::npos)
+        << returns;
+    for (const std::string name :
+         {"float", "log", "half", "template", "theta_h_between", "input"}) {
+        const auto fault = fault_of("// parameter: fine = 1 in [0, 2] p\n// window: " + name +
+                                        " of it\n// features: 1\n#include \"lib/windows.glsl\"\n" +
+                                        lines.substr(lines.find("float window")),
+                                    database);
+        EXPECT_NE(fault.find("my.glsl: \"" + name + "\" is a word of GLSL"), std::string::npos)
+            << fault;
+    }
+    const auto parameter = fault_of("// parameter: float = 1 in [0, 2] p\n" + lines, database);
+    EXPECT_NE(parameter.find("\"float\" is a word of GLSL"), std::string::npos) << parameter;
 }
 
 /// A window that only some voxels are in may be anywhere in a block, and of any weight.

@@ -128,7 +128,7 @@ TEST(MetricHeader, WrongLinesOfASummaryAreNamed) {
     expect_refused(many, "my.glsl:33: more than 32 windows");
     expect_refused("// window: w x\n", "windows without \"// features: N\"");
     expect_refused("// features: 1\n", "features without a \"// window:");
-    expect_refused("// window: w x\n// degree: 2\n// features: 1\n", "a degree beside windows");
+    expect_refused("// window: w x\n// degree: 2\n// features: 1\n", "a degree beside features");
 }
 
 }  // namespace

@@ -35,9 +35,12 @@ void expect_valid(const Metric& metric, const device::FloatControls& floats = {.
         }
     }
     if (metric.is_summary()) {
-        for (const auto* kernel :
-             {&kernels.window, &kernels.window_parts, &kernels.window_sums, &kernels.feature}) {
+        for (const auto* kernel : {&kernels.window, &kernels.window_parts, &kernels.window_sums}) {
             expect_valid(*kernel, metric.name + " summary");
+        }
+        EXPECT_EQ(kernels.feature.empty(), metric.has_twin());
+        if (!kernels.feature.empty()) {
+            expect_valid(kernels.feature, metric.name + " feature");
         }
         return;
     }

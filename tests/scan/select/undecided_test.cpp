@@ -444,5 +444,60 @@ TEST(CountUndecided, AsOneByOne) {
     });
 }
 
+/// Distances under a final metric beside exact ones; list_undecided() is of the final.
+Distances with_final(std::vector<double> values, std::vector<double> bounds) {
+    Distances d = make_distances(values, values);
+    d.first_bounds.assign(d.pairs(), 0);
+    d.second_bounds = std::move(bounds);
+    d.second_is_final = true;
+    return d;
+}
+
+TEST(ListUndecided, AsOneByOne) {
+    Random random(3);
+    for (int i = 0; i < 200; ++i) {
+        std::vector<double> values;
+        std::vector<double> bounds;
+        for (std::uint64_t pair = 0; pair < pair_count(9); ++pair) {
+            values.push_back(static_cast<double>(1 + random() % 6));
+            bounds.push_back(0.25 * static_cast<double>(random() % 5));
+        }
+        const Distances d = with_final(values, bounds);
+        std::vector<std::array<std::uint32_t, 2>> expected;
+        for (std::uint32_t a = 0; a < d.pairs(); ++a) {
+            for (std::uint32_t b = a + 1; b < d.pairs(); ++b) {
+                if (values[a] != values[b] &&
+                    std::abs(values[a] - values[b]) <= bounds[a] + bounds[b]) {
+                    expected.push_back({a, b});
+                }
+            }
+        }
+        std::vector<std::array<std::uint32_t, 2>> found;
+        for (const auto& open : list_undecided(d, 10'000)) {
+            EXPECT_EQ(open.metric, d.second_metric);
+            found.push_back({open.left, open.right});
+        }
+        std::ranges::sort(found);
+        EXPECT_EQ(found, expected);
+        EXPECT_EQ(found.size(), count_undecided(d));
+        EXPECT_EQ(list_undecided(d, 7).size(), std::min<std::size_t>(7, expected.size()));
+    }
+}
+
+TEST(ListUndecided, OfAMillionPairsThatTie) {
+    // One by one that would be hours.
+    constexpr std::uint32_t materials = 1415;
+    std::vector<double> values(pair_count(materials), 0.0);
+    values.back() = 1;
+    Distances d = with_final(values, std::vector<double>(values.size(), 1e-13));
+    EXPECT_TRUE(list_undecided(d, 1000).empty());
+    d.second.back() = 1.5e-13;
+    const auto last = static_cast<std::uint32_t>(d.pairs() - 1);
+    const auto open = list_undecided(d, 1000);
+    ASSERT_EQ(open.size(), 1000U);
+    EXPECT_EQ(open[999], (OpenConfiguration{999, last, d.second_metric}));
+    EXPECT_EQ(count_undecided(d), d.pairs() - 1);
+}
+
 }  // namespace
 }  // namespace merl::scan
