@@ -269,7 +269,7 @@ class Compiler {
             throw InputError(explain(metric_, refused.what()));
         }
         if (is_guarded) {
-            if (metric.is_summary()) {
+            if (metric_.is_summary()) {
                 require_summary_only(metric_, module);
             }
             fix_parameters(module);
