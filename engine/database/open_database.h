@@ -10,8 +10,8 @@
 namespace merl::engine {
 
 // Where databases are opened by name. To add a kind: write a class like merl_directory.cpp's or
-// model_database.cpp's (or fill a MemoryDatabase), and add a line to the table in open_database.cpp,
-// before the last one, which takes every name.
+// model_database.cpp's (or fill a MemoryDatabase), and add a line to the table in
+// open_database.cpp, before the last one, which takes every name.
 
 /// What the built-in database is called.
 inline constexpr const char* kBuiltIn = "built-in";
