@@ -284,24 +284,24 @@ TEST(ModelHeader, WrongLinesAreNamed) {
     const std::string rest =
         "// title: t\n// database: d\n// formula: f\n// source: s\n//   and more\n// table: t\n";
     const auto header = parse_model_header(
-        rest + "// parameter: vec3 A of it\n// parameter: float n\n//   more\n", "m.glsl");
+        rest + "// parameter: vec3 A of it\n// parameter: float n\n//   more\n", "my.glsl");
     EXPECT_EQ(header.source, "s and more");
     EXPECT_EQ(header.columns(), (std::vector<std::string>{"A_red", "A_green", "A_blue", "n"}));
     EXPECT_EQ(header.parameters[1].description, "more");
     const auto refused = [](const std::string& text, const std::string& words) {
-        expect_refused([&] { parse_model_header(text, "m.glsl"); }, words);
+        expect_refused([&] { parse_model_header(text, "my.glsl"); }, words);
     };
-    refused(rest, "m.glsl: has no \"// parameter");
-    refused("// parameter: vec3 A of it\n", "m.glsl: has no \"// title");
-    refused(rest + "// tilte: t\n", "m.glsl:7: \"tilte:\" is no key");
-    refused(rest + "// title: t\n", "m.glsl:7: a second \"title:\"");
-    refused("// title:\n", "m.glsl:1: no value of \"title:\"");
+    refused(rest, "my.glsl: has no \"// parameter");
+    refused("// parameter: vec3 A of it\n", "my.glsl: has no \"// title");
+    refused(rest + "// tilte: t\n", "my.glsl:7: \"tilte:\" is no key");
+    refused(rest + "// title: t\n", "my.glsl:7: a second \"title:\"");
+    refused("// title:\n", "my.glsl:1: no value of \"title:\"");
     for (const char* parameter :
          {"", "vec3", "vec3 A", "vec2 A of", "A of it", "float 1a of it", "float a-b of it"}) {
-        refused(rest + "// parameter: " + parameter, "m.glsl:7: the parameter is \"");
+        refused(rest + "// parameter: " + parameter, "my.glsl:7: the parameter is \"");
     }
     refused(rest + "// parameter: float a of it\n// parameter: vec3 a of it\n",
-            "m.glsl:8: a second parameter a");
+            "my.glsl:8: a second parameter a");
 }
 
 }  // namespace
