@@ -16,7 +16,7 @@
 namespace merl::engine {
 namespace {
 
-using std::string_view_literals::operator""sv;
+using namespace std::string_view_literals;
 
 constexpr const char* kWriteAgain = "write it again as docs/file-formats.md says";
 
@@ -103,7 +103,7 @@ std::filesystem::path database_below(const std::filesystem::path& directory) {
 
 std::string known_as(const File& file) {
     const auto begin = beginning_of(file);
-    const auto format = std::ranges::find_if(
+    const auto* const format = std::ranges::find_if(
         kFormats, [&](const Format& f) { return begin.starts_with(f.beginning); });
     if (format != kFormats.end()) {
         return fmt::format("is {}: {}", format->what, format->advice);
@@ -137,7 +137,7 @@ std::string directory_known_as(const std::filesystem::path& directory) {
     if (most == counts.end()) {
         return "";
     }
-    const auto ending = std::ranges::find(kEndings, most->first, &Ending::extension);
+    const auto* const ending = std::ranges::find(kEndings, most->first, &Ending::extension);
     return fmt::format("; it has {} {} file{}{}", most->second, most->first,
                        most->second == 1 ? "" : "s",
                        ending == kEndings.end() ? "" : fmt::format(": {}", ending->advice));
