@@ -129,9 +129,8 @@ TEST(MerlFile, NumbersThatAreNoneAreRefusedWithTheirVoxel) {
 TEST(MerlFile, NegativeNumbersOfAnySizeAreNotMeasured) {
     const test::TemporaryDirectory directory;
     const auto path = directory.path / "m.binary";
-    for (const double value :
-         {-1.0, -1e-300, -1e13, -1e308, std::numeric_limits<double>::lowest(),
-          -std::numeric_limits<double>::denorm_min()}) {
+    for (const double value : {-1.0, -1e-300, -1e13, -1e308, std::numeric_limits<double>::lowest(),
+                               -std::numeric_limits<double>::denorm_min()}) {
         write_bytes(path, header(1, 1, 1) + numbers(3, value));
         std::vector<double> got(3);
         read_merl_samples(path, read_merl_header(path), {0, 1}, got, {});
