@@ -95,7 +95,8 @@ struct Metric {
     /// Whether its difference is a sum over channels of |d|^degree.
     bool has_degree() const { return header.degree > 0; }
 
-    /// Whether it is known how far its distances can be from exact ones.
+    /// Whether it is known how far its distances can be from exact ones; of a user's summary, as an
+    /// estimate.
     bool has_bound() const { return has_degree() || is_summary(); }
 
     /// Whether it is proven to be a pseudometric (docs/metrics.md, "Is it a metric?"): the root of

@@ -15,6 +15,7 @@ namespace merl::engine {
 struct MetricDistances {
     std::vector<double> values;
     /// How far each can be from the exact value (error_bound.h); infinite where no bound is known.
+    /// Of a user's summary it is an estimate (summary.h).
     std::vector<double> bounds;
     /// Of a summary, [material][window]. With these summary_distances() gives those under other
     /// parameters, which no window depends on, in microseconds.

@@ -38,7 +38,7 @@ constexpr std::size_t kAtATime = 16;
 
 /// Rows of means of a material.
 std::size_t rows_of(const Metric& metric) {
-    return 1 + 2 * 3 * metric.header.windows.size() + kPlaces;
+    return 1 + 6 * metric.header.windows.size() + kPlaces;
 }
 
 void add_compensated(double term, double& sum, double& lost) {
@@ -150,9 +150,8 @@ double noise_of(std::span<const double, kPlaces> values) {
         // NaN where a value is none has no place in an order.
         differences[i] = std::isnan(differences[i]) ? HUGE_VAL : std::abs(differences[i]);
     }
-    const auto middle = differences.begin() + static_cast<std::ptrdiff_t>(size / 2);
-    std::nth_element(differences.begin(), middle,
-                     differences.begin() + static_cast<std::ptrdiff_t>(size));
+    double* const middle = differences.data() + size / 2;
+    std::nth_element(differences.data(), middle, differences.data() + size);
     constexpr double kMedian = 0.6745;      // of |x|, x normal with a standard deviation of 1
     const double of_one = std::sqrt(70.0);  // 1, 4, 6, 4 and 1 of them
     return *middle / (kMedian * of_one);
@@ -247,9 +246,8 @@ void require_weight(const Metric& metric, std::size_t window, double weight) {
     constexpr double kMost = 1e200;
     if (weight != 0 && !(weight >= kLeast && weight <= kMost)) {
         throw InputError(
-            fmt::format("{}: the weights of its window \"{}\" add up to {:g}: expected {:g} to "
-                        "{:g}; a factor of "
-                        "all weights changes no mean",
+            fmt::format(R"({}: the weights of its window "{}" add up to {:g}: expected {:g} to )"
+                        "{:g}; a factor of all weights changes no mean",
                         metric.file, metric.header.windows[window].name, weight, kLeast, kMost));
     }
 }
