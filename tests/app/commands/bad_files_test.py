@@ -92,7 +92,7 @@ class BadFiles(Case):
     def test_every_command(self):
         self.add_three()
         for command in (("compare", "--metrics", "rmse,cwcbrt"), ("render", "--size", "16"),
-                        ("slices", "--materials", "m01"), ("database", "write", "copy")):
+                        ("slices", "--materials", "*"), ("database", "write", "copy")):
             out = () if command[0] == "database" else ("--out", command[0])
             result = self.run_program(*command, *out, "--database", "db", "--skip-bad")
             self.assertEqual(result.returncode, SUCCESS, result.stderr)
