@@ -183,10 +183,8 @@ std::vector<scan::TuneParameter> tune_parameters(const Metric& metric,
             Fault::usage,
             fmt::format("the metric {} has no parameters: there is nothing to fit", metric.name));
     }
-    std::vector<std::string> all;
-    for (const auto& parameter : declared) {
-        all.push_back(parameter.name);
-    }
+    std::vector<std::string> all(declared.size());
+    std::ranges::transform(declared, all.begin(), &engine::MetricParameter::name);
     std::vector<scan::TuneParameter> result;
     for (const auto& name : names.empty() ? std::span<const std::string>(all) : names) {
         const auto found = std::ranges::find(declared, name, &engine::MetricParameter::name);

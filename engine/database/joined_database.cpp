@@ -62,14 +62,14 @@ class JoinedDatabase final : public Database {
 
     void read(std::size_t material, VoxelRange range, std::span<double> samples,
               const SampleSink& sink) const override {
-        const auto& [database, place] = places_.at(material);
-        if (database->grid() == grid_) {
-            database->read(place, range, samples, sink);
+        const Place& place = places_.at(material);
+        if (place.database->grid() == grid_) {
+            place.database->read(place.material, range, samples, sink);
             return;
         }
         read_over_two_pi(grid_, range, samples, sink,
                          [&](VoxelRange part, std::span<double> to, const SampleSink& hash) {
-                             database->read(place, part, to, hash);
+                             place.database->read(place.material, part, to, hash);
                          });
     }
 

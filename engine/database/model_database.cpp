@@ -74,7 +74,7 @@ Figures parse_figures(const std::vector<std::string>& fields,
         const auto value = parse_finite(field);
         if (!value) {
             reader.fail(
-                fmt::format("the column {} of \"{}\": found \"{}\"; expected a finite number",
+                fmt::format(R"(the column {} of "{}": found "{}"; expected a finite number)",
                             columns[c], figures.material, field));
         }
         figures.text += ',';
@@ -178,7 +178,7 @@ class ModelDatabase final : public Database {
         for (const double sample : samples) {
             good &= static_cast<int>(sample >= 0) & static_cast<int>(sample <= kMaxReflectance);
         }
-        if (good == 1) {
+        if (good == 1 || range.size() == 0) {
             return;
         }
         const auto bad = std::ranges::find_if_not(

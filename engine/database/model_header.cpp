@@ -25,7 +25,7 @@ bool is_parameter_name(const std::string& name) {
 /// Takes the first word off a text.
 std::string take_word(std::string_view& text) {
     const auto end = std::min(text.find_first_of(" \t"), text.size());
-    const std::string word(text.substr(0, end));
+    std::string word(text.substr(0, end));
     text = trimmed(text.substr(end));
     return word;
 }

@@ -216,7 +216,7 @@ double distance_of(const Metric& metric, std::span<const double> features, std::
     const double distance = std::sqrt(sum);
     if (!std::isfinite(distance)) {
         throw InputError(fmt::format(
-            "{}: the distance of materials \"{}\" and \"{}\" is {}: beyond the range of float64",
+            R"({}: the distance of materials "{}" and "{}" is {}: beyond the range of float64)",
             metric.file, materials[a], materials[b], distance));
     }
     return distance;
