@@ -16,12 +16,18 @@
 #include "engine/base/number.h"
 #include "engine/database/bad_files.h"
 #include "engine/database/joined_database.h"
+#include "engine/database/model_database.h"
 
 namespace merl::app {
 namespace {
 
-/// A path as a shell would have it, which leaves a ~ alone that follows a "=" or is quoted.
+/// A path as a shell would have it, which leaves a ~ alone that follows a "=" or the ":" of a
+/// model's table, or is quoted.
 std::string with_home(const std::string& path) {
+    const auto colon = path.find(':');
+    if (engine::is_model(path) && colon != std::string::npos) {
+        return path.substr(0, colon + 1) + with_home(path.substr(colon + 1));
+    }
     const char* const home = std::getenv("HOME");
     const bool begins = path == "~" || path.starts_with("~/");
     return begins && home != nullptr ? home + path.substr(1) : path;

@@ -226,7 +226,9 @@ void refuse_source(const std::string& directory, const engine::Database& databas
                            &engine::DatabasePart::path);
     std::error_code none;
     for (const auto& path : paths) {
-        if (std::filesystem::equivalent(directory, path, none)) {
+        // That of a model is its name.
+        if (std::filesystem::path(path).is_absolute() &&
+            std::filesystem::equivalent(directory, path, none)) {
             throw Error(
                 Fault::usage,
                 fmt::format("{}: is the database that is read; write into another directory",

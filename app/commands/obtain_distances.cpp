@@ -181,6 +181,12 @@ nlohmann::ordered_json computing_options_json(const DistanceOptions& options) {
     if (!options.database.grid.empty()) {
         json["grid"] = options.database.grid;
     }
+    if (options.database.phi_d_range) {
+        json["phi_d_range"] = engine::range_name(*options.database.phi_d_range);
+    }
+    if (options.database.skip_bad) {
+        json["skip_bad"] = true;
+    }
     return json;
 }
 

@@ -122,6 +122,8 @@ std::string summary_json(const Options& options, const Outcome& o) {
                                {"materials", validation_json(tuning.by_materials)}}},
                              {"doubts", texts_json(o.result.doubts)},
                              {"evaluations", tuning.evaluations},
+                             {"fits", tuning.fits},
+                             {"fits_cut_short", tuning.cut_short},
                              {"from_means", o.result.from_means},
                              {"refined_distances", o.result.refined}});
     json["options"] = computing_options_json(options.computing);
@@ -214,6 +216,11 @@ void print_summary(const Options& options, const Outcome& o) {
                              o.total_seconds, o.judgement_seconds, o.result.reading_seconds,
                              o.result.fit_seconds, counted(tuning.evaluations, "evaluation"),
                              o.provenance().seconds.total, o.result.refine_seconds));
+    if (tuning.cut_short > 0) {
+        print_result("cut short",
+                     fmt::format("{} of {} ended because evaluations ran out (--evaluations)",
+                                 fmt::group_digits(tuning.cut_short), counted(tuning.fits, "fit")));
+    }
     print_result("results", options.out);
     print_figures(tuning);
     print_parameters(tuning);

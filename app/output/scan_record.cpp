@@ -73,6 +73,7 @@ std::optional<engine::Grid> grid_of(const ordered_json& database) {
         }
         *side = number->get<std::uint32_t>();
     }
+    // Older ones were all read as if they ended at pi.
     if (text_of(*found, "phi_d_range") == engine::range_name(engine::PhiDRange::two_pi)) {
         grid.phi_d_range = engine::PhiDRange::two_pi;
     }
@@ -103,26 +104,11 @@ std::vector<RecordedDatabase> recorded_databases(const ordered_json& database) {
     return databases;
 }
 
-/// Where phi_d ends in a recorded database, if that is not what the sizes of its grid say.
-std::optional<engine::PhiDRange> unusual_range(const ordered_json& database) {
-    using engine::PhiDRange;
-    const auto grid = database.value("grid", ordered_json());
-    const auto size_of = [&](const char* key) {
-        const auto size = grid.is_object() ? grid.find(key) : grid.end();
-        return grid.is_object() && size != grid.end() && size->is_number_unsigned()
-                   ? size->get<std::uint32_t>()
-                   : 0;
-    };
-    const auto text = grid.is_object() ? text_of(grid, "phi_d_range") : "";
-    for (const auto range : {PhiDRange::pi, PhiDRange::two_pi}) {
-        const bool is_usual = (range == PhiDRange::two_pi) ==
-                              engine::is_over_all_of_phi_d(
-                                  {.theta_d = size_of("theta_d"), .phi_d = size_of("phi_d")});
-        if (text == engine::range_name(range) && !is_usual) {
-            return range;
-        }
-    }
-    return std::nullopt;
+/// Where phi_d ends, if that is not what the sizes of a grid say.
+std::optional<engine::PhiDRange> unusual_range(const std::optional<engine::Grid>& grid) {
+    const bool is_usual = !grid || engine::is_over_all_of_phi_d(*grid) ==
+                                       (grid->phi_d_range == engine::PhiDRange::two_pi);
+    return is_usual ? std::nullopt : std::optional(grid->phi_d_range);
 }
 
 ScanRecord record_of(const ordered_json& json, const std::string& summary) {
@@ -142,7 +128,7 @@ ScanRecord record_of(const ordered_json& json, const std::string& summary) {
         record.material_hashes = texts_of(database, "material_hashes");
         record.grid = grid_of(database);
         record.databases = recorded_databases(database);
-        record.phi_d_range = unusual_range(database);
+        record.phi_d_range = unusual_range(record.grid);
         for (const auto& [material, reason] : texts_of(database, "skipped")) {
             record.skipped.push_back({material, from_utf8(reason)});
         }
@@ -269,7 +255,7 @@ ScannedDatabase::ScannedDatabase(const FoundRecord& found, const std::string& se
     // What the scan has skipped is not opened again.
     warnings_ = options.databases.empty()
                     ? engine::skipped_lines(database_->name(), record_->skipped,
-                                            database_->materials().size())
+                                            record_->material_hashes.size())
                     : engine::skipped_lines(*database_);
     if (!record_) {
         warnings_.push_back(fmt::format("{}: whether {} is what was scanned was not checked",

@@ -94,7 +94,7 @@ class SearchDistances {
         means_ = std::move(result.distances[0].means);
         if (from_means_ && !metric.has_twin()) {
             const Metric* const one[] = {&metric};
-            std::vector<std::string> warnings;  // which compute() has given already
+            std::vector<std::string> warnings;  // those that distances come with in the end
             engine_ = engines.share(one, warnings).front().engine;
             Stopwatch watch;
             at(start_of(parameters));

@@ -13,8 +13,12 @@
 namespace merl::engine {
 BadFilesError::BadFilesError(const std::string& database, std::size_t files,
                              const std::vector<BadMaterial>& bad)
-    : InputError(fmt::format("{}: {} of {} files cannot be used: {}", database, bad.size(), files,
-                             fmt::join(reasons(bad), "; "))) {}
+    : InputError(bad.size() == 1 ? bad.front().reason
+                                 : fmt::format("{}: {} of {} files cannot be used: {}", database,
+                                               bad.size(), files, fmt::join(reasons(bad), "; "))) {}
+
+BadFilesError::BadFilesError(const std::vector<std::string>& of_databases)
+    : InputError(fmt::format("{}", fmt::join(of_databases, "; "))) {}
 
 std::vector<std::string> reasons(const std::vector<BadMaterial>& bad) {
     constexpr std::size_t kMost = 20;
@@ -79,10 +83,7 @@ std::vector<BadMaterial> skip_bad(const std::string& database, std::vector<Mater
             bad.push_back({files[i].material, faults[i]});
         }
     }
-    if (!options.skip_bad && bad.size() == 1) {
-        throw InputError(bad.front().reason);
-    }
-    if (!options.skip_bad && bad.size() > 1) {
+    if (!options.skip_bad && !bad.empty()) {
         throw BadFilesError(database, files.size(), bad);
     }
     files = std::move(good);
@@ -126,7 +127,7 @@ void BadSamples::fail(const Database& database, const InputError& first,
                 bad.push_back({materials[m], faults[m]});
             }
         }
-        if (bad.size() > 1) {
+        if (!bad.empty()) {
             error_ = std::make_exception_ptr(BadFilesError(database.name(), materials.size(), bad));
         }
     });

@@ -13,12 +13,15 @@
 
 namespace merl::engine {
 
-/// Several files of a database that cannot be used, all named on one line, like reasons().
+/// Files of a database that cannot be used, all named on one line, like reasons().
 class BadFilesError : public InputError {
   public:
     /// `files` is how many there are, good ones too.
     BadFilesError(const std::string& database, std::size_t files,
                   const std::vector<BadMaterial>& bad);
+
+    /// Of several databases: what() of the error of each.
+    explicit BadFilesError(const std::vector<std::string>& of_databases);
 };
 
 /// The reasons, a line each: of many the first 20, and how many more there are.
@@ -29,7 +32,7 @@ std::vector<std::string> reasons(const std::vector<BadMaterial>& bad);
 std::vector<std::string> faults_of(std::size_t count, const std::function<void(std::size_t)>& use);
 
 /// Takes those out of `files` whose fault is not empty, and returns them. Throws, unless
-/// options.skip_bad, when there is a fault: the only one as InputError, several as BadFilesError.
+/// options.skip_bad, BadFilesError when there is a fault.
 std::vector<BadMaterial> skip_bad(const std::string& database, std::vector<MaterialFile>& files,
                                   const std::vector<std::string>& faults,
                                   const OpenOptions& options);

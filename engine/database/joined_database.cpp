@@ -41,9 +41,6 @@ class JoinedDatabase final : public Database {
           databases_(std::move(databases)) {
         grid_ = databases_.front().database->grid();
         for (const auto& [label, database] : databases_) {
-            if (database->grid().phi_d_range == PhiDRange::two_pi) {
-                grid_ = database->grid();
-            }
             for (const auto& [material, reason] : database->skipped()) {
                 skipped_.push_back({fmt::format("{}/{}", label, material), reason});
             }
@@ -62,15 +59,8 @@ class JoinedDatabase final : public Database {
 
     void read(std::size_t material, VoxelRange range, std::span<double> samples,
               const SampleSink& sink) const override {
-        const Place& place = places_.at(material);
-        if (place.database->grid() == grid_) {
-            place.database->read(place.material, range, samples, sink);
-            return;
-        }
-        read_over_two_pi(grid_, range, samples, sink,
-                         [&](VoxelRange part, std::span<double> to, const SampleSink& hash) {
-                             place.database->read(place.material, part, to, hash);
-                         });
+        const auto& [database, place] = places_.at(material);
+        database->read(place, range, samples, sink);
     }
 
     std::uint64_t keep(std::uint64_t bytes) const override {
@@ -96,9 +86,11 @@ void require_different(const std::vector<LabelledDatabase>& databases) {
     for (auto a = databases.begin(); a != databases.end(); ++a) {
         for (auto b = databases.begin(); b != a; ++b) {
             std::error_code not_in_files;
-            const auto& path = a->database->path();  // of a model its name
-            if ((!path.empty() && path == b->database->path()) ||
-                std::filesystem::equivalent(path, b->database->path(), not_in_files)) {
+            const std::filesystem::path first = b->database->path();  // of a model its name
+            const std::filesystem::path second = a->database->path();
+            if ((!first.empty() && first == second) ||
+                (first.is_absolute() && second.is_absolute() &&
+                 std::filesystem::equivalent(first, second, not_in_files))) {
                 throw Error(Fault::usage,
                             fmt::format("{} and {} are the same database; name it once",
                                         b->database->name(), a->database->name()));
@@ -144,6 +136,15 @@ std::unique_ptr<Database> make_joined(std::vector<LabelledDatabase> databases) {
         }
     }
     require_different(databases);
+    if (std::ranges::any_of(databases, [](const auto& d) {
+            return d.database->grid().phi_d_range == PhiDRange::two_pi;
+        })) {
+        for (auto& [label, database] : databases) {
+            if (database->grid().phi_d_range == PhiDRange::pi) {
+                database = repeat_over_two_pi(std::move(database));
+            }
+        }
+    }
     // With the slash: "a-b/…" comes before "a/…".
     std::ranges::sort(databases, {}, [](const auto& d) { return d.label + '/'; });
     const auto twin = std::ranges::adjacent_find(databases, {}, &LabelledDatabase::label);

@@ -18,8 +18,8 @@ namespace merl::engine {
 inline constexpr const char* kBuiltIn = "built-in";
 
 /// The database that `name` means: kBuiltIn, or for that also nothing; a model or a table of one
-/// (is_model()); otherwise a path. Throws
-/// InputError when what is wanted of it cannot be used, or is not there.
+/// (is_model()); otherwise a path. Throws InputError when what is wanted of it cannot be used, or
+/// is not there.
 std::unique_ptr<Database> open_database(const std::string& name, const OpenOptions& options = {});
 
 /// Whether it has no grid of its own but is evaluated on any. Throws InputError when there is

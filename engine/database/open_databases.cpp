@@ -9,8 +9,10 @@
 #include <utility>
 
 #include "engine/base/error.h"
+#include "engine/database/bad_files.h"
 #include "engine/database/joined_database.h"
 #include "engine/database/model_database.h"
+#include "engine/database/over_two_pi.h"
 
 namespace merl::engine {
 namespace {
@@ -146,20 +148,38 @@ std::unique_ptr<Database> open_databases(const DatabaseChoice& choice) {
     std::vector<LabelledDatabase> opened;
     // Over pi: what is evaluated is reciprocal, and repeated where files go to 2 pi.
     Grid grid = choice.grid.value_or(Grid{}).over_pi();
+    std::vector<std::string> bad;
     for (const auto& member : members) {
-        auto database = open_database(member.name, {.grid = grid,
-                                                    .materials = member.wanted,
-                                                    .phi_d_range = choice.phi_d_range,
-                                                    .skip_bad = choice.skip_bad});
+        std::unique_ptr<Database> database;
+        try {
+            database = open_database(member.name, {.grid = grid,
+                                                   .materials = member.wanted,
+                                                   .phi_d_range = choice.phi_d_range,
+                                                   .skip_bad = choice.skip_bad});
+        } catch (const BadFilesError& error) {
+            if (members.size() == 1) {
+                throw;
+            }
+            bad.emplace_back(error.what());
+            continue;
+        }
         if (choice.grid && database->grid().over_pi() != grid) {
             throw InputError(fmt::format("{}: the grid is {}, which files keep; {} was asked for",
                                          member.name, database->grid().text(), grid.text()));
         }
         grid = opened.empty() ? database->grid().over_pi() : grid;
+        const bool repeats = choice.grid && choice.grid->phi_d_range == PhiDRange::two_pi &&
+                             database->grid().phi_d_range == PhiDRange::pi;
+        if (repeats) {  // as what was beside it made it
+            database = repeat_over_two_pi(std::move(database));
+        }
         if (member.label.empty()) {
             return database;
         }
         opened.push_back({member.label, std::move(database)});
+    }
+    if (!bad.empty()) {
+        throw BadFilesError(bad);
     }
     auto joined = make_joined(std::move(opened));
     require_usable(*joined);

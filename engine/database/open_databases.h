@@ -20,7 +20,8 @@ struct NamedDatabase {
 /// What is opened as one database.
 struct DatabaseChoice {
     std::vector<NamedDatabase> databases = {};  // none: the built-in one
-    std::optional<Grid> grid = {};              // where what has no grid of its own is evaluated
+    std::optional<Grid> grid = {};              // where what has no grid of its own is evaluated;
+                                                // over 2 pi what is over pi is repeated
     std::optional<PhiDRange> phi_d_range = {};  // OpenOptions
     bool skip_bad = false;                      // OpenOptions
     WantedMaterials exactly = {};               // only these, called as the whole calls them

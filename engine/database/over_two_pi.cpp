@@ -1,9 +1,38 @@
 #include "engine/database/over_two_pi.h"
 
 #include <algorithm>
+#include <utility>
 #include <vector>
 
 namespace merl::engine {
+namespace {
+
+class RepeatedDatabase final : public Database {
+  public:
+    explicit RepeatedDatabase(std::shared_ptr<const Database> over_pi)
+        : Database(over_pi->name(), over_pi->kind(), over_pi->path()),
+          over_pi_(std::move(over_pi)) {
+        grid_ = over_pi_->grid().over_two_pi();
+        materials_ = over_pi_->materials();
+        skipped_ = over_pi_->skipped();
+        parts_ = over_pi_->parts();
+    }
+
+    void read(std::size_t material, VoxelRange range, std::span<double> samples,
+              const SampleSink& sink) const override {
+        read_over_two_pi(grid_, range, samples, sink,
+                         [&](VoxelRange part, std::span<double> to, const SampleSink& hash) {
+                             over_pi_->read(material, part, to, hash);
+                         });
+    }
+
+    std::uint64_t keep(std::uint64_t bytes) const override { return over_pi_->keep(bytes); }
+
+  private:
+    std::shared_ptr<const Database> over_pi_;
+};
+
+}  // namespace
 
 void read_over_two_pi(
     const Grid& over_two_pi, VoxelRange range, std::span<double> samples, const SampleSink& sink,
@@ -37,6 +66,10 @@ void read_over_two_pi(
     if (first_row < last_row) {
         take(first_row, last_row, sink);
     }
+}
+
+std::unique_ptr<Database> repeat_over_two_pi(std::shared_ptr<const Database> over_pi) {
+    return std::make_unique<RepeatedDatabase>(std::move(over_pi));
 }
 
 }  // namespace merl::engine

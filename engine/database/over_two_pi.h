@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 #include <span>
 
 #include "engine/database/database.h"
@@ -13,5 +14,8 @@ namespace merl::engine {
 void read_over_two_pi(
     const Grid& over_two_pi, VoxelRange range, std::span<double> samples, const SampleSink& sink,
     const std::function<void(VoxelRange over_pi, std::span<double>, const SampleSink&)>& read);
+
+/// A database over pi as one over 2 pi, f(phi_d + pi) = f(phi_d).
+std::unique_ptr<Database> repeat_over_two_pi(std::shared_ptr<const Database> over_pi);
 
 }  // namespace merl::engine

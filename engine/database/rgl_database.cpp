@@ -111,8 +111,8 @@ class RglMaterial {
                             "material, with at most 2",
                             angles));
         }
-        phi_i_ = read_angles(file, container.floats("phi_i", 1));
-        theta_i_ = read_angles(file, container.floats("theta_i", 1));
+        phi_i_ = read_angles(file, container.floats("phi_i", 1), -2 * pi, 2 * pi);
+        theta_i_ = read_angles(file, container.floats("theta_i", 1), 0, pi / 2);
         sigma_ = read_maps(file, container.floats("sigma", 2), {}, kNotNegative);
         ndf_ = read_maps(file, container.floats("ndf", 2), {}, kNotNegative);
         const std::array<std::uint64_t, 3> slices = {phi_i_.size(), theta_i_.size(), 3};
@@ -179,7 +179,9 @@ class RglMaterial {
         return values;
     }
 
-    static std::vector<float> read_angles(const File& file, const RglField& field) {
+    /// Ascending, in radians within these limits but for a rounding: whoever has degrees learns it.
+    static std::vector<float> read_angles(const File& file, const RglField& field, double least,
+                                          double most) {
         if (field.bytes == 0) {
             file.fail(fmt::format("{} is empty; expected at least one angle", field.text()));
         }
@@ -188,6 +190,13 @@ class RglMaterial {
         if (wrong != angles.end()) {
             file.fail(fmt::format("{} has {} after {}; expected ascending angles", field.text(),
                                   *std::next(wrong), *wrong));
+        }
+        constexpr double kRounding = 1e-4;
+        for (const double angle : {angles.front(), angles.back()}) {
+            if (angle < least - kRounding || angle > most + kRounding) {
+                file.fail(fmt::format("{} has {}; expected radians from {:.4f} to {:.4f}",
+                                      field.text(), angle, least, most));
+            }
         }
         return angles;
     }

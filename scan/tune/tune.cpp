@@ -218,10 +218,20 @@ Tuning tune(const Judgements& judgements, std::span<const TuneParameter> paramet
                                                       std::span(tests).first(by_reference)),
                      .by_materials = cross_validation(FoldKind::materials, judgements,
                                                       std::span(tests).subspan(by_reference)),
-                     .evaluations = 0};
+                     .evaluations = 0,
+                     .fits = 1 + folds.size(),
+                     .cut_short = 0};
     score_tuning(result, judgements, work.start_distances, distances_at(fit->values));
     result.evaluations =
         2 + fit->evaluations + evaluations(result.by_reference) + evaluations(result.by_materials);
+    const auto is_cut_short = [&](const Fit& of_some) {
+        return of_some.evaluations >= options.fit.evaluations;
+    };
+    result.cut_short = is_cut_short(*fit) ? 1 : 0;
+    for (const auto* validation : {&result.by_reference, &result.by_materials}) {
+        result.cut_short += static_cast<std::uint64_t>(
+            std::ranges::count_if(validation->folds, is_cut_short, &FoldFit::fit));
+    }
     return result;
 }
 
@@ -263,7 +273,7 @@ std::vector<std::string> doubts(const Tuning& tuning) {
             "than chance ({:.3f} per vote): the judgements are too few for {} parameters, or the "
             "metric cannot say what people say",
             likelihood, fitted));
-    } else if (gained > 0 && kept <= 0) {
+    } else if (kept <= 0) {
         found.push_back(fmt::format(
             "on materials that were left out of fitting the fitted parameters predict no better "
             "than those at the start ({:+.3f} in log-likelihood per vote): the judgements are too "

@@ -44,6 +44,8 @@ struct Tuning {
     CrossValidation by_reference;
     CrossValidation by_materials;
     std::uint64_t evaluations;  ///< of distances, all fits together
+    std::uint64_t fits;         ///< the one to all judgements, and those of the folds
+    std::uint64_t cut_short;    ///< of them, that ended because evaluations ran out
 };
 
 /// The most evaluations of distances that tune() may need.

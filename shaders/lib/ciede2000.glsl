@@ -21,8 +21,11 @@ float ciede2000_squared(vec3 lab1, vec3 lab2) {
     float c = 0.5 * (c1 + c2);
     float l = 0.5 * (lab1.x + lab2.x) - 50.0;
 
-    // Hue difference 2 sqrt(c1 c2) sin(dh / 2) from the cross and the dot product.
-    float cross_product = ab1.x * (ab2.y - ab1.y) - ab1.y * (ab2.x - ab1.x);
+    // Hue difference 2 sqrt(c1 c2) sin(dh / 2) from the cross and the dot product. The former is half
+    // that of sum and difference, which is the same to the last bit, but for its sign, for both orders.
+    vec2 sum = ab1 + ab2;
+    vec2 apart = ab2 - ab1;
+    float cross_product = 0.5 * (sum.x * apart.y - sum.y * apart.x);
     float cosine = c1 * c2 + dot(ab1, ab2);
     float largest = 2.0 * sqrt(c1 * c2);
     float dh = cosine > 0.0 ? cross_product / sqrt(0.5 * cosine) : largest;

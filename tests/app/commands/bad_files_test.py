@@ -41,6 +41,18 @@ class BadFiles(Case):
             self.assertRegex(line, f"^merl-scan: db: 2 of 6 files cannot be used: db/a-nan.binary: {where}.*; "
                                    f"db/nan.binary: {where}")
 
+    def test_one_is_told_how_to_leave_it_out(self):
+        self.add("cut", b"x")
+        line = self.assert_refused(INPUT, [], "scan", "--database", "db")
+        self.assertRegex(line, "^merl-scan: db/cut.binary: has 1 bytes.*; --skip-bad leaves them out$")
+
+    def test_all_are_named_of_several_databases(self):
+        self.add_three()
+        write_database(self.work / "more", {"short": samples(1)})
+        (self.work / "more" / "short.binary").write_bytes(b"x")
+        self.assert_refused(INPUT, ["db/cut.binary", "db/other.binary", "more/short.binary", "--skip-bad"],
+                            "scan", "--database", "db", "--database", "more")
+
     def test_many(self):
         for i in range(30):
             self.add(f"x{i:02}", b"x")
@@ -84,6 +96,10 @@ class BadFiles(Case):
         warnings = support.read_json(self.work / "judge" / "kit.json")["warnings"]
         self.assertIn("left out: db/nan.binary: blue of voxel ", warnings[2])
         self.assertFalse((self.work / "render" / "cut.png").exists())
+        part = self.run_program("render", "--size", "16", "--selection", "out/selection.csv", "--materials", "m0?",
+                                "--exclude", "m00", "--out", "part")
+        self.assertEqual(part.returncode, SUCCESS, part.stderr)
+        self.assertIn("warning: db: 3 of 7 files cannot be used", part.stderr)
         # One that is bad only now is an error, or skipped too.
         self.add("m03", b"x")
         self.assert_refused(INPUT, ["db/m03.binary"], "render", "--selection", "out/selection.csv", "--size", "16",

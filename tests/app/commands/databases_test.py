@@ -101,6 +101,36 @@ class Joined(Databases):
         self.assert_refused(INPUT, ['"my fits/m4"', "not those that were scanned"], "render", "--selection",
                             "out/selection.csv", "--materials", "m4", "--out", "again", "--size", 16)
 
+    def test_some_of_a_scan_with_files_over_two_pi(self):
+        """What is over pi is read as what was beside it made it, whatever is opened of it again."""
+        half, full = (6, 4, 8), (6, 4, 16)
+        mixed = write_database(self.work / "mixed", {m: samples(i, half) for i, m in enumerate("bcde")}, half)
+        (mixed / "a.binary").write_bytes(support.merl_bytes(samples(9, full), full))
+        write_database(self.work / "other", {m: samples(i + 20, half) for i, m in enumerate("bc")}, half)
+        for i, databases in enumerate((("--database", "mixed"), ("--database", "mixed", "--database", "other"))):
+            self.scan(*databases, *QUICK, out=f"scan{i}")
+            database = read_json(self.work / f"scan{i}" / "summary.json")["database"]
+            self.assertEqual(database["grid"]["phi_d_range"], "2pi")
+            self.assert_success("render", "--selection", f"scan{i}/selection.csv", "--size", 16, "--exclude", "a",
+                                "--out", f"spheres{i}")
+        # Older summaries know of no range: all ended at pi.
+        write_database(self.work / "ambiguous", 4, full)
+        self.scan("--database", "ambiguous", "--phi-d-range", "pi", *QUICK, out="older")
+        path = self.work / "older" / "summary.json"
+        summary = read_json(path)
+        del summary["database"]["grid"]["phi_d_range"]
+        path.write_text(json.dumps(summary))
+        self.assert_success("render", "--selection", "older/selection.csv", "--size", 16, "--out", "spheres")
+
+    def test_a_folder_that_is_called_like_a_model(self):
+        write_database(self.work / "ward", 3)
+        self.scan("--database", "ward", "--database", "mine=./ward", "--materials", "ward/a*,mine/*", *QUICK)
+        names = [d["name"] for d in read_json(self.work / "out" / "summary.json")["database"]["databases"]]
+        self.assertEqual(len(names), 2)
+        self.assertIn("./ward", names)
+        self.assert_success("database", "write", "ward", "--database", "ward", "--materials", "alum-bronze", "--grid",
+                            "4x4x8", "--force", "--quiet")
+
     def test_records_that_were_edited(self):
         self.scan("--database", "one", "--database", "two", *QUICK)
         path = self.work / "out" / "summary.json"

@@ -337,6 +337,10 @@ TEST(RglDatabase, WrongFieldsAreRefused) {
     expect_refused(with(1, floats("theta_i", {0}, {})), "is empty; expected at least one angle");
     expect_refused(with(1, floats("theta_i", {3}, {0, 1.5, 0.5})), "has 0.5 after 1.5");
     expect_refused(with(1, floats("theta_i", {3}, {0, 0.5, 0.5})), "has 0.5 after 0.5");
+    expect_refused(with(1, floats("theta_i", {3}, {0, 40, 80})),
+                   "has 80; expected radians from 0.0000 to 1.5708");
+    expect_refused(with(1, floats("theta_i", {3}, {-1, 0, 1})), "has -1; expected radians");
+    expect_refused(with(0, floats("phi_i", {2}, {-180, 180})), "has -180; expected radians");
     expect_refused(with(1, floats("theta_i", {2}, {0, 1})), "expected: [2, 2, y, x]");
     expect_refused(with(0, floats("phi_i", {1}, {0})), "expected: [1, 3, y, x]");
     expect_refused(with(2, floats("sigma", {1, 5}, std::vector<float>(5))), "expected: [y, x]");

@@ -1,5 +1,7 @@
 #include <gtest/gtest.h>
 
+#include <random>
+
 #include "engine/distance/distances.h"
 #include "engine/distance/float64_distances.h"
 #include "engine/metric/metric_header.h"
@@ -49,6 +51,29 @@ TEST(Twin, SeesTheHeaderAndTheTypesThatShadersSee) {
                           std::span<const Voxel, kBlockVoxels>(voxels.data(), kBlockVoxels),
                           samples, transformed);
     EXPECT_EQ(transformed[2][0], 15);
+}
+
+/// Of what is no norm too: the order of materials, which labels decide, changes no bit.
+TEST(Twin, DifferencesAreTheSameInBothOrders) {
+    const Metric& metric = find_metric("paw-ciede2000");
+    std::mt19937 random(1);
+    std::uniform_real_distribution<double> lightness(0, 100);
+    std::uniform_real_distribution<double> opponent(-80, 80);
+    BlockSamples a = {};
+    BlockSamples b = {};
+    BlockWeights weights;
+    for (std::size_t k = 0; k < kBlockVoxels; ++k) {
+        weights = {};
+        weights[k] = 1;  // a single one, so that every voxel is compared
+        for (auto* colour : {&a, &b}) {
+            (*colour)[0][k] = lightness(random);
+            (*colour)[1][k] = opponent(random);
+            (*colour)[2][k] = opponent(random);
+        }
+        const double there = metric.twin.sum(metric.parameters, a, b, weights);
+        EXPECT_GT(there, 0);
+        EXPECT_EQ(there, metric.twin.sum(metric.parameters, b, a, weights));
+    }
 }
 
 }  // namespace

@@ -196,6 +196,9 @@ TEST(Tune, NeedsNoMoreEvaluationsThanItSays) {
             options);
         EXPECT_EQ(tuning.evaluations, calls);
         EXPECT_LE(calls, most_evaluations(judgements, options.fit));
+        EXPECT_EQ(tuning.fits,
+                  1 + tuning.by_reference.folds.size() + tuning.by_materials.folds.size());
+        EXPECT_EQ(tuning.cut_short, tuning.fits);
     }
 }
 
@@ -207,7 +210,7 @@ TEST(Tune, ShowsProgressAndEndsWhenThatThrows) {
         EXPECT_GE(share, last);
         last = share;
     };
-    tune(judgements, kWeight, materials.distances_at(), {}, look);
+    EXPECT_EQ(tune(judgements, kWeight, materials.distances_at(), {}, look).cut_short, 0);
     EXPECT_NEAR(last, 1, 1e-9);
     EXPECT_THROW(tune(judgements, kWeight, materials.distances_at(), {},
                       [](double) { throw std::runtime_error("stop"); }),
