@@ -80,7 +80,13 @@ CLI::Validator grid_sides() {
 }  // namespace
 
 engine::DatabaseChoice DatabaseOptions::choice() const {
-    engine::DatabaseChoice choice = databases.empty() ? otherwise : engine::DatabaseChoice();
+    engine::DatabaseChoice choice;
+    if (databases.empty()) {
+        choice = otherwise;
+    } else {
+        choice.evaluated_on = otherwise.evaluated_on;
+        choice.phi_d_range = otherwise.phi_d_range;
+    }
     for (const auto& text : databases) {
         choice.databases.push_back(named_database(text));
     }

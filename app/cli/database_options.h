@@ -17,7 +17,8 @@ struct DatabaseOptions {
     std::string grid;                                   // "90x90x180"; empty: none was asked for
     std::optional<engine::PhiDRange> phi_d_range = {};  // of MERL files; none: as their sizes say
     bool skip_bad = false;
-    engine::DatabaseChoice otherwise = {};  // what is used if `databases` is empty
+    engine::DatabaseChoice otherwise = {};  // what is used if `databases` is empty; of it else only
+                                            // evaluated_on and phi_d_range, if none is given
 
     /// What is to be opened. Throws Error (usage) where a text is none of these.
     engine::DatabaseChoice choice() const;

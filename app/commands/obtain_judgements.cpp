@@ -120,6 +120,8 @@ DistanceOptions with_judged_database(DistanceOptions options,
                 judgements.scanned->summary));
         }
         options.database.otherwise = recorded_choice(*judgements.scanned);
+    } else if (judgements.scanned) {
+        options.database.otherwise = recorded_grid(*judgements.scanned);
     }
     return options;
 }

@@ -239,6 +239,11 @@ engine::DatabaseChoice recorded_choice(const ScanRecord& record) {
     return choice;
 }
 
+engine::DatabaseChoice recorded_grid(const ScanRecord& record) {
+    return {.evaluated_on = record.grid.value_or(engine::Grid{}),
+            .phi_d_range = record.phi_d_range};
+}
+
 ScannedDatabase::ScannedDatabase(const FoundRecord& found, const std::string& selection,
                                  DatabaseOptions options, bool quiet)
     : record_(found.record) {
@@ -250,6 +255,8 @@ ScannedDatabase::ScannedDatabase(const FoundRecord& found, const std::string& se
     }
     if (options.databases.empty()) {
         options.otherwise = recorded_choice(*record_);
+    } else if (record_) {
+        options.otherwise = recorded_grid(*record_);
     }
     database_ = open_database(options);
     // What the scan has skipped is not opened again.

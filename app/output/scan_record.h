@@ -67,6 +67,9 @@ FoundRecord find_scan_record(const std::string& file, const std::string& name,
 /// any more, or there was none.
 engine::DatabaseChoice recorded_choice(const ScanRecord& record);
 
+/// The same for other databases, which are named: the grid alone, where they leave it open.
+engine::DatabaseChoice recorded_grid(const ScanRecord& record);
+
 /// A database for the materials of a selection, and whether it is what was scanned.
 class ScannedDatabase {
   public:

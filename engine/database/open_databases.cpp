@@ -147,7 +147,7 @@ std::unique_ptr<Database> open_databases(const DatabaseChoice& choice) {
     std::ranges::stable_sort(members, {}, &Member::is_evaluated);
     std::vector<LabelledDatabase> opened;
     // Over pi: what is evaluated is reciprocal, and repeated where files go to 2 pi.
-    Grid grid = choice.grid.value_or(Grid{}).over_pi();
+    Grid grid = choice.grid.value_or(choice.evaluated_on).over_pi();
     std::vector<std::string> bad;
     for (const auto& member : members) {
         std::unique_ptr<Database> database;

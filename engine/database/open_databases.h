@@ -22,6 +22,7 @@ struct DatabaseChoice {
     std::vector<NamedDatabase> databases = {};  // none: the built-in one
     std::optional<Grid> grid = {};              // where what has no grid of its own is evaluated;
                                                 // over 2 pi what is over pi is repeated
+    Grid evaluated_on = {};  // the same, unless the grid of others or `grid` says another
     std::optional<PhiDRange> phi_d_range = {};  // OpenOptions
     bool skip_bad = false;                      // OpenOptions
     WantedMaterials exactly = {};               // only these, called as the whole calls them

@@ -8,6 +8,7 @@
 #include <bit>
 #include <span>
 
+#include "engine/base/text.h"
 #include "engine/database/other_formats.h"
 
 namespace merl::engine {
@@ -45,7 +46,8 @@ std::string other_beginning(const File& file, const std::string& begin) {
 }  // namespace
 
 std::string RglField::text() const {
-    return fmt::format("the field {} [{}] at byte {}", name, fmt::join(shape, ", "), offset);
+    return fmt::format("the field {} [{}] at byte {}", printable(name), fmt::join(shape, ", "),
+                       offset);
 }
 
 /// The next bytes of the header.
@@ -131,12 +133,12 @@ RglField RglFile::take_field(std::uint32_t number) {
     const auto dimensions = take<std::uint16_t>(what);
     field.type = take<std::uint8_t>(what);
     if (dimensions > kMostDimensions) {
-        file_.fail(fmt::format("the field {} has {} dimensions; expected at most {}", field.name,
-                               dimensions, kMostDimensions));
+        file_.fail(fmt::format("the field {} has {} dimensions; expected at most {}",
+                               printable(field.name), dimensions, kMostDimensions));
     }
     if (field.type == 0 || field.type >= kTypeBytes.size()) {
-        file_.fail(fmt::format("the field {} is of type {}; expected 1 to {}", field.name,
-                               field.type, kTypeBytes.size() - 1));
+        file_.fail(fmt::format("the field {} is of type {}; expected 1 to {}",
+                               printable(field.name), field.type, kTypeBytes.size() - 1));
     }
     field.offset = take<std::uint64_t>(what);
     field.shape.resize(dimensions);
@@ -167,7 +169,8 @@ void RglFile::expect_apart() const {
     std::vector<const RglField*> sorted;
     for (const auto& field : fields_) {
         if (find(field.name) != &field) {
-            file_.fail(fmt::format("has two fields {}; expected different names", field.name));
+            file_.fail(
+                fmt::format("has two fields {}; expected different names", printable(field.name)));
         }
         if (field.bytes > 0) {
             sorted.push_back(&field);

@@ -122,6 +122,15 @@ class Joined(Databases):
         path.write_text(json.dumps(summary))
         self.assert_success("render", "--selection", "older/selection.csv", "--size", 16, "--out", "spheres")
 
+    def test_what_was_moved_is_evaluated_on_the_grid_of_the_scan(self):
+        self.scan("--database", "ward", "--database", "two", "--materials", "ward/a*,two/*", "--grid", "6x5x8", *QUICK)
+        shutil.move(self.work / "two", self.work / "moved")
+        self.assert_success("render", "--selection", "out/selection.csv", "--size", 16, "--out", "spheres",
+                            "--database", "ward", "--database", "two=moved")
+        self.scan("--database", "ward", "--materials", "a*", "--grid", "4x5x7", *QUICK, out="alone")
+        self.assert_success("render", "--selection", "alone/selection.csv", "--size", 16, "--out", "again",
+                            "--database", "ward")
+
     def test_a_folder_that_is_called_like_a_model(self):
         write_database(self.work / "ward", 3)
         self.scan("--database", "ward", "--database", "mine=./ward", "--materials", "ward/a*,mine/*", *QUICK)
