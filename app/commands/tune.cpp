@@ -315,8 +315,8 @@ int run(const Options& options) {
         {options.judgements});
     o.judgements = obtain_judgements(options.judgements, options.computing, control);
     o.judgement_seconds = watch.lap();
-    o.opened = open_for_distances(with_judged_database(options.computing, o.judgements), {metric},
-                                  control);
+    const auto computing = with_judged_database(options.computing, o.judgements);
+    o.opened = open_for_distances(computing, {metric}, control);
     warn_of_what_was_seen(o);
     pipeline::TuneOptions search = {
         .evaluations = options.evaluations,
@@ -327,6 +327,7 @@ int run(const Options& options) {
         o.result = pipeline::tune(*o.opened.engines, *o.opened.database, o.metric(), parameters,
                                   o.judgements.file, search, control);
     });
+    add_skipped_before(o.result.distances, computing.database);
     for (const auto& text : o.provenance().warnings) {
         warn(o, text);
     }

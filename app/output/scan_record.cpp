@@ -227,6 +227,7 @@ engine::DatabaseChoice recorded_choice(const ScanRecord& record) {
     engine::DatabaseChoice choice;
     choice.grid = record.grid;
     choice.phi_d_range = record.phi_d_range;
+    choice.skipped = record.skipped;
     for (const auto& database : record.databases) {
         choice.databases.push_back({database.label, name_of(database, record.summary)});
     }

@@ -8,6 +8,7 @@ import rgl
 import support
 from exr import read_exr
 from support import GRID, INPUT, SUCCESS, Case, merl_bytes, samples, voxels, write_database
+from tables import COLUMNS, write_rows
 
 
 class BadFiles(Case):
@@ -100,6 +101,18 @@ class BadFiles(Case):
                                 "--exclude", "m00", "--out", "part")
         self.assertEqual(part.returncode, SUCCESS, part.stderr)
         self.assertIn("warning: db: 3 of 7 files cannot be used", part.stderr)
+        kit = support.read_json(self.work / "judge" / "kit.json")
+        write_rows(self.work / "ann.csv", COLUMNS,
+                   [["ann", i, t["configuration"], t["kind"], *t["left"], *t["right"], 0, 3, 900, kit["seed"],
+                     kit["kit_hash"]] for i, t in enumerate(kit["trials"], 1)])
+        self.run_program("votes", "ann.csv", "--selection", "out/selection.csv", "--kit", "judge/kit.json", "--out",
+                         "analysis")
+        for command in ("score", "--metrics", "rmse"), ("tune", "--metric", "nielsen-log", "--evaluations", "1"):
+            result = self.run_program(*command, "--judgements", "analysis/judgements.csv", "--out", command[0])
+            self.assertEqual(result.returncode, SUCCESS, result.stderr)
+            self.assertIn("warning: db: 3 of 7 files cannot be used", result.stderr)
+            skipped = support.read_json(self.work / command[0] / "summary.json")["database"]["skipped"]
+            self.assertEqual(list(skipped), ["cut", "nan", "other"])
         # One that is bad only now is an error, or skipped too.
         self.add("m03", b"x")
         self.assert_refused(INPUT, ["db/m03.binary"], "render", "--selection", "out/selection.csv", "--size", "16",
