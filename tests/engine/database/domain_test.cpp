@@ -100,7 +100,7 @@ TEST(VoxelList, RunsOfAnyPartAreThePartOfAllRuns) {
 TEST(Domain, ARowIsItsVoxels) {
     const Domain domain({.theta_h = 3, .theta_d = 4, .phi_d = 9});
     std::array<Voxel, 5> row;
-    for (const std::uint64_t first : {0, 4, 9, 13, 3 * 4 * 9 - 5}) {
+    for (const std::uint64_t first : {0U, 4U, 9U, 13U, 3U * 4U * 9U - 5U}) {
         domain.row(first, row);
         for (std::size_t k = 0; k < row.size(); ++k) {
             const Voxel expected = domain.voxel(first + k);

@@ -99,7 +99,9 @@ TEST(JoinedDatabase, LabelsOfOddCharactersAreRefused) {
               "b",
               "nobody sees"},
          }) {
-        expect_refused(Fault::usage, reason, [&] { make_joined({{label, made({"x"})}}); });
+        expect_refused(Fault::usage, reason, [&, wrong = label] {
+            make_joined({{wrong, made({"x"})}});
+        });
     }
     for (const std::string label : {"gold paint", "-", "@", "a,b", "*", "ö", "a.b"}) {
         EXPECT_EQ(make_joined({{label, made({"x"})}})->materials().front(), label + "/x");
