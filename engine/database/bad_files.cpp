@@ -86,6 +86,10 @@ std::vector<BadMaterial> skip_bad(const std::string& database, std::vector<Mater
     if (!options.skip_bad && !bad.empty()) {
         throw BadFilesError(database, files.size(), bad);
     }
+    if (good.empty() && !bad.empty()) {
+        throw InputError(fmt::format("{}: none of {} files can be used: {}", database, bad.size(),
+                                     fmt::join(reasons(bad), "; ")));
+    }
     files = std::move(good);
     return bad;
 }
@@ -105,14 +109,6 @@ std::vector<std::string> skipped_lines(const std::string& database,
         }
     }
     return lines;
-}
-
-void require_any(const Database& database) {
-    if (database.materials().empty()) {
-        throw InputError(fmt::format("{}: none of {} files can be used: {}", database.name(),
-                                     database.skipped().size(),
-                                     fmt::join(reasons(database.skipped()), "; ")));
-    }
 }
 
 void BadSamples::fail(const Database& database, const InputError& first,

@@ -32,7 +32,8 @@ std::vector<std::string> reasons(const std::vector<BadMaterial>& bad);
 std::vector<std::string> faults_of(std::size_t count, const std::function<void(std::size_t)>& use);
 
 /// Takes those out of `files` whose fault is not empty, and returns them. Throws, unless
-/// options.skip_bad, BadFilesError when there is a fault.
+/// options.skip_bad, BadFilesError when there is a fault. Throws InputError where
+/// none is left.
 std::vector<BadMaterial> skip_bad(const std::string& database, std::vector<MaterialFile>& files,
                                   const std::vector<std::string>& faults,
                                   const OpenOptions& options);
@@ -44,9 +45,6 @@ std::vector<std::string> skipped_lines(const Database& database);
 /// The same of what was skipped of the database of that name, of which so many materials are left.
 std::vector<std::string> skipped_lines(const std::string& database,
                                        const std::vector<BadMaterial>& skipped, std::size_t left);
-
-/// Throws InputError unless there is a material left.
-void require_any(const Database& database);
 
 /// For a Database whose files turn out to be bad only when samples are read: an error about one of
 /// them becomes one that names all. Any thread may call it; the files are looked through once.

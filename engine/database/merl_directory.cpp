@@ -108,11 +108,9 @@ class MerlDatabase final : public Database {
 
 std::unique_ptr<Database> open_merl_directory(const std::filesystem::path& directory,
                                               const OpenOptions& options) {
-    auto database = std::make_unique<MerlDatabase>(
+    return std::make_unique<MerlDatabase>(
         directory, "MERL directory", list_database_files(directory, kExtension, options.materials),
         options);
-    require_any(*database);
-    return database;
 }
 
 std::vector<MaterialFile> list_merl_files(const std::filesystem::path& path) {

@@ -454,11 +454,9 @@ bool is_rgl(const std::filesystem::path& path) {
 
 std::unique_ptr<Database> open_rgl_directory(const std::filesystem::path& directory,
                                              const OpenOptions& options) {
-    auto database = std::make_unique<RglDatabase>(
+    return std::make_unique<RglDatabase>(
         directory, "RGL directory", list_database_files(directory, kExtension, options.materials),
         options);
-    require_any(*database);
-    return database;
 }
 
 std::vector<MaterialFile> list_rgl_files(const std::filesystem::path& path) {

@@ -7,15 +7,12 @@
 #include "scan/io/csv.h"
 
 namespace merl::scan {
-namespace {
 
 void append_estimate(std::string& out, const Estimate& estimate) {
     append_figure(out, estimate.value);
     append_figure(out, estimate.interval.low);
     append_figure(out, estimate.interval.high);
 }
-
-}  // namespace
 
 void write_scores(int file, const Score& score) {
     std::string text = "metric";

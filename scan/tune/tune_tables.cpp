@@ -7,15 +7,10 @@
 #include <utility>
 
 #include "scan/io/csv.h"
+#include "scan/score/score_tables.h"
 
 namespace merl::scan {
 namespace {
-
-void append_estimate(std::string& out, const Estimate& estimate) {
-    append_figure(out, estimate.value);
-    append_figure(out, estimate.interval.low);
-    append_figure(out, estimate.interval.high);
-}
 
 void append_scores(std::string& out, const char* left_out, const PredictionScores& scores) {
     const std::pair<const char*, const PredictionScore*> rows[] = {

@@ -1,6 +1,7 @@
 #include "tests/engine/support.h"
 
 #include <fmt/format.h>
+#include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
@@ -8,6 +9,8 @@
 #include <fstream>
 #include <iterator>
 
+#include "engine/base/error.h"
+#include "engine/database/content_hash.h"
 #include "engine/database/merl_file.h"
 #include "engine/device/shader_compiler.h"
 #include "engine/metric/metric_header.h"
@@ -78,6 +81,19 @@ std::vector<std::uint32_t> compile(const std::string& path, const std::string& p
                          [&](const device::ShaderText& f) { return f.name == name; });
         return found == files.end() ? nullptr : &*found;
     });
+}
+
+std::string hash_of_database(const engine::Database& database) {
+    return engine::content_hash_of(database, [](double) {});
+}
+
+void expect_refused(const std::function<void()>& use, const std::string& words) {
+    try {
+        use();
+        ADD_FAILURE() << words;
+    } catch (const InputError& error) {
+        EXPECT_NE(std::string(error.what()).find(words), std::string::npos) << error.what();
+    }
 }
 
 TemporaryDirectory::TemporaryDirectory() {

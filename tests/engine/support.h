@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -48,6 +49,11 @@ engine::Metric metric_of(const std::string& source);
 /// Writes a material of a database as a MERL file.
 void write_merl_file(const std::filesystem::path& path, const engine::Database& database,
                      std::size_t material);
+
+std::string hash_of_database(const engine::Database& database);
+
+/// Expects an InputError with these words.
+void expect_refused(const std::function<void()>& use, const std::string& words);
 
 /// A directory that is removed at the end of the test.
 class TemporaryDirectory {

@@ -16,6 +16,8 @@
 namespace merl::engine {
 namespace {
 
+using test::hash_of_database;
+
 namespace fs = std::filesystem;
 
 constexpr Grid kGrid = {.theta_h = 6, .theta_d = 5, .phi_d = 8};
@@ -30,10 +32,6 @@ void expect_refused(Fault fault, const std::string& words, const auto& open) {
         EXPECT_NE(std::string(error.what()).find(words), std::string::npos) << error.what() << "\n"
                                                                             << words;
     }
-}
-
-std::string hash_of_database(const Database& database) {
-    return content_hash_of(database, [](double) {});
 }
 
 /// A directory of MERL files of these materials of a made-up database of nine.

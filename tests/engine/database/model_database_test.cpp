@@ -20,6 +20,9 @@
 namespace merl::engine {
 namespace {
 
+using test::expect_refused;
+using test::hash_of_database;
+
 using std::numbers::pi;
 
 constexpr Grid kGrid = {.theta_h = 7, .theta_d = 5, .phi_d = 300};
@@ -29,19 +32,6 @@ std::vector<double> samples_of(const Database& database, std::size_t material) {
     std::vector<double> samples(3 * voxels);
     database.read(material, {0, voxels}, samples);
     return samples;
-}
-
-std::string hash_of_database(const Database& database) {
-    return content_hash_of(database, [](double) {});
-}
-
-void expect_refused(const auto& open, const std::string& words) {
-    try {
-        open();
-        FAIL() << words;
-    } catch (const InputError& error) {
-        EXPECT_NE(std::string(error.what()).find(words), std::string::npos) << error.what();
-    }
 }
 
 const std::string kWard =

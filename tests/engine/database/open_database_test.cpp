@@ -15,20 +15,10 @@
 namespace merl::engine {
 namespace {
 
+using test::expect_refused;
+using test::hash_of_database;
+
 constexpr Grid kGrid = {.theta_h = 3, .theta_d = 4, .phi_d = 5};
-
-std::string hash_of_database(const Database& database) {
-    return content_hash_of(database, [](double) {});
-}
-
-void expect_refused(const auto& open, const std::string& words) {
-    try {
-        open();
-        FAIL() << words;
-    } catch (const InputError& error) {
-        EXPECT_NE(std::string(error.what()).find(words), std::string::npos) << error.what();
-    }
-}
 
 TEST(OpenDatabase, ByNameAndByPath) {
     EXPECT_EQ(open_database("")->kind(), built_in_kind);
