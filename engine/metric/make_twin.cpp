@@ -49,7 +49,8 @@ using Values = std::vector<std::pair<std::string, std::string>>;
 
 std::string filled(std::string text, const Values& values) {
     for (const auto& [key, value] : values) {
-        text = replaced(std::move(text), "@" + key + "@", value);
+        const std::string placeholder = "@" + key + "@";
+        text = replaced(std::move(text), placeholder, value);
     }
     return text;
 }

@@ -102,8 +102,8 @@ class Objective {
         }
         const double chance = votes * std::log(0.5);
         const bool opposed = slope < 0;
-        const Place place = {{{values.begin(), values.end()}, slope, ++evaluations_},
-                             opposed ? 2 * chance - log_likelihood : log_likelihood};
+        Place place = {{{values.begin(), values.end()}, slope, ++evaluations_},
+                       opposed ? 2 * chance - log_likelihood : log_likelihood};
         if (!highest_ || place.height > highest_->height) {
             highest_ = place;
         }
