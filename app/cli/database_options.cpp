@@ -33,6 +33,27 @@ std::string with_home(const std::string& path) {
     return begins && home != nullptr ? home + path.substr(1) : path;
 }
 
+/// Patterns with commas between them, of which an @~/FILE is in the home directory.
+std::string with_home_in_lists(const std::string& patterns) {
+    std::string text;
+    for (std::size_t begin = 0; begin <= patterns.size();) {
+        const std::size_t end = std::min(patterns.find(',', begin), patterns.size());
+        const std::string item = patterns.substr(begin, end - begin);
+        text += begin == 0 ? "" : ",";
+        text += item.starts_with('@') ? '@' + with_home(item.substr(1)) : item;
+        begin = end + 1;
+    }
+    return text;
+}
+
+CLI::Validator expanded_lists() {
+    return {[](std::string& patterns) {
+                patterns = with_home_in_lists(patterns);
+                return std::string();
+            },
+            ""};
+}
+
 /// "[LABEL=]PATH|NAME": what is before the first "=" is a label unless it has a slash.
 engine::NamedDatabase named_database(const std::string& text) {
     const std::size_t end = text.find_first_of("=/");
@@ -124,11 +145,15 @@ std::vector<CLI::Option*> add_material_options(CLI::App& command, DatabaseOption
     const std::map<std::string, engine::PhiDRange> ranges = {
         {engine::range_name(engine::PhiDRange::pi), engine::PhiDRange::pi},
         {engine::range_name(engine::PhiDRange::two_pi), engine::PhiDRange::two_pi}};
-    return {command.add_option("--materials,--material", options.materials.materials,
-                               "Only these materials: names or patterns like 'gold-*', with commas "
-                               "between them, or @FILE with one a line"),
-            command.add_option("--exclude", options.materials.exclude,
-                               "All but these, named in the same way"),
+    return {command
+                .add_option("--materials,--material", options.materials.materials,
+                            "Only these materials: names or patterns like 'gold-*', with commas "
+                            "between them, or @FILE with one a line")
+                ->transform(expanded_lists()),
+            command
+                .add_option("--exclude", options.materials.exclude,
+                            "All but these, named in the same way")
+                ->transform(expanded_lists()),
             command
                 .add_option("--grid", options.grid,
                             "The grid of what can be evaluated on any, theta_h x theta_d x phi_d "

@@ -63,7 +63,6 @@ ObtainedDistances compute(const DistanceOptions& options, const MetricNeeds& nee
             *opened.engines, *result.database, result.metrics, options.memory, control);
     });
     result.distances.provenance.left_out = std::move(left_out);
-    add_skipped_before(result.distances, options.database);
     return result;
 }
 
@@ -208,19 +207,6 @@ ObtainedDistances obtain_distances(const DistanceOptions& options, const MetricN
                                             : read(options, needs, control);
     std::ranges::for_each(result.distances.provenance.warnings, print_warning);
     return result;
-}
-
-void add_skipped_before(pipeline::PairDistances& distances, const DatabaseOptions& options) {
-    const auto& skipped = options.otherwise.skipped;
-    if (!options.databases.empty() || skipped.empty() || !options.otherwise.exactly) {
-        return;
-    }
-    auto& provenance = distances.provenance;
-    auto& database = provenance.database.value();
-    database.skipped.insert(database.skipped.end(), skipped.begin(), skipped.end());
-    const auto lines =
-        engine::skipped_lines(database.name, skipped, options.otherwise.exactly->size());
-    provenance.warnings.insert(provenance.warnings.begin(), lines.begin(), lines.end());
 }
 
 void warn(pipeline::PairDistances& distances, const std::string& text) {

@@ -96,9 +96,6 @@ struct ObtainedDistances {
 ObtainedDistances obtain_distances(const DistanceOptions& options, const MetricNeeds& needs,
                                    const pipeline::Control& control);
 
-/// Adds what the scan has left out whose databases were opened again.
-void add_skipped_before(pipeline::PairDistances& distances, const DatabaseOptions& options);
-
 /// Warns on standard error, and for summary.json.
 void warn(pipeline::PairDistances& distances, const std::string& text);
 

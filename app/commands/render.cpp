@@ -250,8 +250,9 @@ int run(const Options& options) {
     const Target target = target_of(options, materials.size());
     const Names names(database, materials, target, lights);
     ContactSheet sheet(materials.size() * lights, view.sphere.size);
-    const auto title = as_utf8(
-        fmt::format("{} of {}", counted(materials.size(), "material"), database_text(database)));
+    const auto title = as_utf8(fmt::format(
+        "{} of {}{}", counted(materials.size(), "material"), database_text(database),
+        database.skipped().empty() ? "" : "; left out: " + skipped_text(database.skipped())));
     auto files = names.files();
     if (target.stem.empty()) {
         files.push_back({.name = kSheet, .write = [&](int file) {

@@ -273,8 +273,11 @@ std::string subtitle(const Options& options, const Outcome& o) {
     const auto name = std::filesystem::path(options.judgements).filename().string();
     const auto& database = o.provenance().database;
     const auto stand_in = database ? stand_in_of(*database) : "";
-    return fmt::format("{}: {}{}", name, judgements_text(o.result.judgements),
-                       stand_in.empty() ? "" : "; distances of " + stand_in);
+    const auto skipped =
+        database && !database->skipped.empty() ? counted(database->skipped.size(), "bad file") : "";
+    return fmt::format("{}: {}{}{}", name, judgements_text(o.result.judgements),
+                       stand_in.empty() ? "" : "; distances of " + stand_in,
+                       skipped.empty() ? "" : "; without " + skipped);
 }
 
 int run(const Options& options) {

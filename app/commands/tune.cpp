@@ -327,7 +327,6 @@ int run(const Options& options) {
         o.result = pipeline::tune(*o.opened.engines, *o.opened.database, o.metric(), parameters,
                                   o.judgements.file, search, control);
     });
-    add_skipped_before(o.result.distances, computing.database);
     for (const auto& text : o.provenance().warnings) {
         warn(o, text);
     }

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "app/cli/terminal.h"
 #include "app/output/json.h"
 #include "engine/base/text.h"
@@ -155,7 +157,7 @@ Lines source_lines(const pipeline::PairDistances& distances) {
         lines.emplace_back("materials", fmt::format("{}, of {} samples each", materials,
                                                     fmt::group_digits(database->grid.voxels())));
         if (!database->skipped.empty()) {
-            lines.emplace_back("skipped", counted(database->skipped.size(), "bad file"));
+            lines.emplace_back("skipped", skipped_text(database->skipped));
         }
         for (const auto& metric : distances.provenance.left_out) {
             lines.emplace_back("left out", metric);
@@ -164,6 +166,16 @@ Lines source_lines(const pipeline::PairDistances& distances) {
     }
     return {{"distances", distances.provenance.table->file + ", taken as exact"},
             {"materials", materials}};
+}
+
+std::string skipped_text(const std::vector<engine::BadMaterial>& skipped) {
+    constexpr std::size_t kMost = 20;
+    std::string text = counted(skipped.size(), "bad file");
+    for (std::size_t i = 0; i < std::min(kMost, skipped.size()); ++i) {
+        text += (i == 0 ? ": " : ", ") + skipped[i].material;
+    }
+    return skipped.size() > kMost ? fmt::format("{} and {} more", text, skipped.size() - kMost)
+                                  : text;
 }
 
 Lines engine_lines(const pipeline::Provenance& provenance) {

@@ -33,6 +33,9 @@ std::string database_text(const engine::Database& database);
 /// The same of that database which a material, by its index, is of.
 std::string source_text(const engine::Database& database, std::size_t material);
 
+/// "2 bad files: gold-paint, teflon": of many the first 20, and how many more there are.
+std::string skipped_text(const std::vector<engine::BadMaterial>& skipped);
+
 /// Writes them as lines of a summary.
 void print_results(const Lines& lines);
 

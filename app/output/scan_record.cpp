@@ -260,11 +260,7 @@ ScannedDatabase::ScannedDatabase(const FoundRecord& found, const std::string& se
         options.otherwise = recorded_grid(*record_);
     }
     database_ = open_database(options);
-    // What the scan has skipped is not opened again.
-    warnings_ = options.databases.empty()
-                    ? engine::skipped_lines(database_->name(), record_->skipped,
-                                            record_->material_hashes.size())
-                    : engine::skipped_lines(*database_);
+    warnings_ = engine::skipped_lines(*database_);
     if (!record_) {
         warnings_.push_back(fmt::format("{}: whether {} is what was scanned was not checked",
                                         found.why_not, database_->name()));
@@ -314,8 +310,10 @@ scan::KitDatabase ScannedDatabase::description() const {
         .name = as_utf8(database_->name()),
         .kind = database_->kind(),
         .content_hash = checked_ ? std::optional(record_->content_hash) : std::nullopt,
-        .checked = checked_,
-        .databases = {}};
+        .checked = checked_};
+    for (const auto& [material, reason] : database_->skipped()) {
+        kit.skipped[as_utf8(material)] = as_utf8(reason);
+    }
     for (const auto& part : database_->parts()) {
         auto& one = kit.databases.emplace_back(
             scan::KitPart{part.label, as_utf8(part.name), part.kind, std::nullopt});

@@ -20,6 +20,11 @@ BadFilesError::BadFilesError(const std::string& database, std::size_t files,
 BadFilesError::BadFilesError(const std::vector<std::string>& of_databases)
     : InputError(fmt::format("{}", fmt::join(of_databases, "; "))) {}
 
+NoGoodFileError::NoGoodFileError(const std::string& database, std::vector<BadMaterial> bad)
+    : BadFilesError({fmt::format("{}: none of {} files can be used: {}", database, bad.size(),
+                                 fmt::join(reasons(bad), "; "))}),
+      bad_(std::move(bad)) {}
+
 std::vector<std::string> reasons(const std::vector<BadMaterial>& bad) {
     constexpr std::size_t kMost = 20;
     std::vector<std::string> lines;
@@ -87,23 +92,21 @@ std::vector<BadMaterial> skip_bad(const std::string& database, std::vector<Mater
         throw BadFilesError(database, files.size(), bad);
     }
     if (good.empty() && !bad.empty()) {
-        throw InputError(fmt::format("{}: none of {} files can be used: {}", database, bad.size(),
-                                     fmt::join(reasons(bad), "; ")));
+        throw NoGoodFileError(database, std::move(bad));
     }
     files = std::move(good);
     return bad;
 }
 
 std::vector<std::string> skipped_lines(const Database& database) {
-    return skipped_lines(database.name(), database.skipped(), database.materials().size());
-}
-
-std::vector<std::string> skipped_lines(const std::string& database,
-                                       const std::vector<BadMaterial>& skipped, std::size_t left) {
+    const auto& skipped = database.skipped();
     std::vector<std::string> lines;
     if (!skipped.empty()) {
-        lines.push_back(fmt::format("{}: {} of {} files cannot be used and are left out", database,
-                                    skipped.size(), skipped.size() + left));
+        lines.push_back(
+            skipped.size() == 1
+                ? fmt::format("{}: a file cannot be used and is left out", database.name())
+                : fmt::format("{}: {} files cannot be used and are left out", database.name(),
+                              skipped.size()));
         for (const auto& reason : reasons(skipped)) {
             lines.push_back("left out: " + reason);
         }

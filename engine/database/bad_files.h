@@ -24,6 +24,17 @@ class BadFilesError : public InputError {
     explicit BadFilesError(const std::vector<std::string>& of_databases);
 };
 
+/// The same where bad ones were to be left out and none is left.
+class NoGoodFileError : public BadFilesError {
+  public:
+    NoGoodFileError(const std::string& database, std::vector<BadMaterial> bad);
+
+    const std::vector<BadMaterial>& bad() const { return bad_; }
+
+  private:
+    std::vector<BadMaterial> bad_;
+};
+
 /// The reasons, a line each: of many the first 20, and how many more there are.
 std::vector<std::string> reasons(const std::vector<BadMaterial>& bad);
 
@@ -32,8 +43,7 @@ std::vector<std::string> reasons(const std::vector<BadMaterial>& bad);
 std::vector<std::string> faults_of(std::size_t count, const std::function<void(std::size_t)>& use);
 
 /// Takes those out of `files` whose fault is not empty, and returns them. Throws, unless
-/// options.skip_bad, BadFilesError when there is a fault. Throws InputError where
-/// none is left.
+/// options.skip_bad, BadFilesError when there is a fault, and NoGoodFileError where none is left.
 std::vector<BadMaterial> skip_bad(const std::string& database, std::vector<MaterialFile>& files,
                                   const std::vector<std::string>& faults,
                                   const OpenOptions& options);
@@ -41,10 +51,6 @@ std::vector<BadMaterial> skip_bad(const std::string& database, std::vector<Mater
 /// What the user should know of what is skipped: how many there are, then a line each, like
 /// reasons(); nothing if there are none.
 std::vector<std::string> skipped_lines(const Database& database);
-
-/// The same of what was skipped of the database of that name, of which so many materials are left.
-std::vector<std::string> skipped_lines(const std::string& database,
-                                       const std::vector<BadMaterial>& skipped, std::size_t left);
 
 /// For a Database whose files turn out to be bad only when samples are read: an error about one of
 /// them becomes one that names all. Any thread may call it; the files are looked through once.

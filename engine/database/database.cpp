@@ -70,6 +70,15 @@ void require_usable(const Database& database) {
     }
 }
 
+void Database::add_skipped(const std::vector<BadMaterial>& skipped) {
+    skipped_.insert(skipped_.end(), skipped.begin(), skipped.end());
+    std::ranges::sort(skipped_, {}, &BadMaterial::material);
+}
+
+std::string Database::place_of([[maybe_unused]] std::size_t material) const {
+    return path_.empty() ? name_ : path_;
+}
+
 std::string file_stem(std::string_view material) {
     std::string stem(material);
     std::ranges::replace(stem, '/', '=');

@@ -90,6 +90,12 @@ class Database {
     /// What was left out because it cannot be used, by name; only where the options say so.
     const std::vector<BadMaterial>& skipped() const { return skipped_; }
 
+    /// Adds what was left out before it was opened.
+    void add_skipped(const std::vector<BadMaterial>& skipped);
+
+    /// Where a material is, for people: its file, or of what has none path() or name().
+    virtual std::string place_of(std::size_t material) const;
+
     /// Reflectance in 1/sr of one material, by its index: `samples` gets three planes (red, green,
     /// blue) of `range.size()` numbers each, in the order of the voxels in MERL files (Domain).
     /// Negative numbers mean "not measured" and come as they are; the others are finite and at most

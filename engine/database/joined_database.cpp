@@ -71,6 +71,11 @@ class JoinedDatabase final : public Database {
         return kept;
     }
 
+    std::string place_of(std::size_t material) const override {
+        const auto& [database, place] = places_.at(material);
+        return database->place_of(place);
+    }
+
   private:
     struct Place {
         const Database* database;
@@ -129,10 +134,10 @@ std::unique_ptr<Database> make_joined(std::vector<LabelledDatabase> databases) {
         const auto& first = databases.front();
         if (database->grid().over_pi() != first.database->grid().over_pi()) {
             throw InputError(fmt::format(
-                "{} ({}): the grid is {}; {} ({}) has {}, and databases that are used together "
-                "must have the same",
-                label, database->name(), database->grid().text(), first.label,
-                first.database->name(), first.database->grid().text()));
+                "{}: the grid is {}, as of all of \"{}\"; {}, of \"{}\", has {}, and databases "
+                "that are used together must have the same",
+                database->place_of(0), database->grid().text(), label, first.database->place_of(0),
+                first.label, first.database->grid().text()));
         }
     }
     require_different(databases);
@@ -147,13 +152,8 @@ std::unique_ptr<Database> make_joined(std::vector<LabelledDatabase> databases) {
     }
     // With the slash: "a-b/…" comes before "a/…".
     std::ranges::sort(databases, {}, [](const auto& d) { return d.label + '/'; });
-    const auto twin = std::ranges::adjacent_find(databases, {}, &LabelledDatabase::label);
-    if (twin != databases.end()) {
-        throw Error(
-            Fault::usage,
-            fmt::format("{} and {} both have the label \"{}\"; give them different ones: "
-                        "--database LABEL=PATH",
-                        twin->database->name(), std::next(twin)->database->name(), twin->label));
+    if (std::ranges::adjacent_find(databases, {}, &LabelledDatabase::label) != databases.end()) {
+        throw std::invalid_argument("databases that are joined have different labels");
     }
     return std::make_unique<JoinedDatabase>(std::move(databases));
 }

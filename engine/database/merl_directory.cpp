@@ -72,6 +72,10 @@ class MerlDatabase final : public Database {
         }
     }
 
+    std::string place_of(std::size_t material) const override {
+        return files_.at(material).path.string();
+    }
+
   private:
     /// Sets the grid, and finds fault with good files of another.
     void choose_grid(const std::vector<MerlHeader>& headers, std::vector<std::string>& faults) {

@@ -149,6 +149,8 @@ std::unique_ptr<Database> open_databases(const DatabaseChoice& choice) {
     // Over pi: what is evaluated is reciprocal, and repeated where files go to 2 pi.
     Grid grid = choice.grid.value_or(choice.evaluated_on).over_pi();
     std::vector<std::string> bad;
+    std::vector<std::string> nothing_good;  // with choice.skip_bad
+    std::vector<BadMaterial> skipped = choice.skipped;
     for (const auto& member : members) {
         std::unique_ptr<Database> database;
         try {
@@ -156,6 +158,15 @@ std::unique_ptr<Database> open_databases(const DatabaseChoice& choice) {
                                                    .materials = member.wanted,
                                                    .phi_d_range = choice.phi_d_range,
                                                    .skip_bad = choice.skip_bad});
+        } catch (const NoGoodFileError& error) {
+            if (members.size() == 1) {
+                throw;
+            }
+            nothing_good.emplace_back(error.what());
+            for (const auto& [material, reason] : error.bad()) {
+                skipped.push_back({member.full_name(material), reason});
+            }
+            continue;
         } catch (const BadFilesError& error) {
             if (members.size() == 1) {
                 throw;
@@ -165,7 +176,8 @@ std::unique_ptr<Database> open_databases(const DatabaseChoice& choice) {
         }
         if (choice.grid && database->grid().over_pi() != grid) {
             throw InputError(fmt::format("{}: the grid is {}, which files keep; {} was asked for",
-                                         member.name, database->grid().text(), grid.text()));
+                                         database->place_of(0), database->grid().text(),
+                                         grid.text()));
         }
         grid = opened.empty() ? database->grid().over_pi() : grid;
         const bool repeats = choice.grid && choice.grid->phi_d_range == PhiDRange::two_pi &&
@@ -174,6 +186,7 @@ std::unique_ptr<Database> open_databases(const DatabaseChoice& choice) {
             database = repeat_over_two_pi(std::move(database));
         }
         if (member.label.empty()) {
+            database->add_skipped(skipped);
             return database;
         }
         opened.push_back({member.label, std::move(database)});
@@ -181,7 +194,11 @@ std::unique_ptr<Database> open_databases(const DatabaseChoice& choice) {
     if (!bad.empty()) {
         throw BadFilesError(bad);
     }
+    if (opened.empty()) {
+        throw BadFilesError(nothing_good);
+    }
     auto joined = make_joined(std::move(opened));
+    joined->add_skipped(skipped);
     require_usable(*joined);
     return joined;
 }

@@ -27,8 +27,8 @@ struct DatabaseChoice {
     bool skip_bad = false;                      // OpenOptions
     WantedMaterials exactly = {};               // only these, called as the whole calls them
     MaterialChoice materials = {};              // of those, by patterns
-    std::vector<BadMaterial> skipped = {};  // what was left out when `exactly` was first opened,
-                                            // for whoever says so; nothing looks at it again
+    std::vector<BadMaterial> skipped = {};  // what was left out when `exactly` was first opened:
+                                            // Database::skipped() says so again
 };
 
 /// Opens databases as one. A single one without a label is as open_database() opens it; several, or

@@ -28,6 +28,10 @@ class RepeatedDatabase final : public Database {
 
     std::uint64_t keep(std::uint64_t bytes) const override { return over_pi_->keep(bytes); }
 
+    std::string place_of(std::size_t material) const override {
+        return over_pi_->place_of(material);
+    }
+
   private:
     std::shared_ptr<const Database> over_pi_;
 };

@@ -337,6 +337,10 @@ class RglDatabase final : public Database {
         skipped_ = engine::skip_bad(name_, files_, faults, options);
     }
 
+    std::string place_of(std::size_t material) const override {
+        return files_.at(material).path.string();
+    }
+
     void read(std::size_t material, VoxelRange range, std::span<double> samples,
               const SampleSink& sink) const override {
         if (sink && range.first == 0) {

@@ -36,6 +36,10 @@ class SubsetDatabase final : public Database {
 
     std::uint64_t keep(std::uint64_t bytes) const override { return whole_->keep(bytes); }
 
+    std::string place_of(std::size_t material) const override {
+        return whole_->place_of(places_.at(material));
+    }
+
   private:
     std::shared_ptr<const Database> whole_;
     std::vector<std::size_t> places_;  // of the materials in the whole

@@ -69,16 +69,32 @@ void merge(std::vector<Judgement>& list) {
     list.resize(kept);
 }
 
-[[noreturn]] void nothing_left(const JudgementFile& file, const Judgements& judgements) {
+/// Whether a material is called so but for the label of its database.
+bool lacks_label(const std::string& name, std::span<const std::string> materials) {
+    return std::ranges::any_of(materials, [&](const std::string& material) {
+        return material.size() > name.size() && material.ends_with(name) &&
+               material[material.size() - name.size() - 1] == '/';
+    });
+}
+
+[[noreturn]] void nothing_left(const JudgementFile& file, const Judgements& judgements,
+                               std::span<const std::string> materials) {
     constexpr std::size_t named = 5;
     std::string names;
     for (std::size_t i = 0; i < std::min(named, judgements.unknown.size()); ++i) {
         names += fmt::format("{}\"{}\"", i == 0 ? "" : ", ", judgements.unknown[i].name);
     }
-    throw InputError(
-        fmt::format("{}: each of the {} rows names a material that has no distances; {} such: {}{}",
-                    file.file, judgements.rows, judgements.unknown.size(), names,
-                    judgements.unknown.size() > named ? " …" : ""));
+    const bool labelled = std::ranges::any_of(judgements.unknown, [&](const UnknownMaterial& one) {
+        return lacks_label(one.name, materials);
+    });
+    throw InputError(fmt::format(
+        "{}: each of the {} rows names a material that has no distances; {} such: {}{}{}",
+        file.file, judgements.rows, judgements.unknown.size(), names,
+        judgements.unknown.size() > named ? " …" : "",
+        labelled
+            ? "; with several databases, or a label, materials are called label/name: name one "
+              "database without a label"
+            : ""));
 }
 
 }  // namespace
@@ -123,7 +139,7 @@ Judgements resolve_judgements(const JudgementFile& file, std::span<const std::st
     }
     std::ranges::sort(result.unknown, {}, &UnknownMaterial::name);
     if (result.list.empty()) {
-        nothing_left(file, result);
+        nothing_left(file, result, materials);
     }
     merge(result.list);
     result.without_votes = std::erase_if(result.list, [](const auto& j) { return j.votes() == 0; });

@@ -293,6 +293,11 @@ KitDatabase read_database(const Object& object) {
     if (const json* const parts = object.find("databases")) {
         database.databases = read_parts(*parts, object);
     }
+    if (const auto skipped = object.object("skipped")) {
+        for (const auto& [material, reason] : object.at("skipped").items()) {
+            database.skipped[material] = skipped->text(material.c_str());
+        }
+    }
     if (const auto hashes = object.object("material_hashes")) {
         for (const auto& [material, hash] : object.at("material_hashes").items()) {
             database.material_hashes[material] = hashes->text(material.c_str());
@@ -363,6 +368,9 @@ ordered_json database_json(const Kit& kit) {
                            {"content_hash", hash_json(database.content_hash)},
                            {"checked", database.checked},
                            {"material_hashes", hashes}};
+    if (!database.skipped.empty()) {
+        object["skipped"] = database.skipped;
+    }
     for (const auto& part : database.databases) {
         object["databases"].push_back({{"label", part.label},
                                        {"name", part.name},

@@ -32,6 +32,7 @@ struct KitDatabase {
     std::optional<std::string> content_hash;                  ///< of the whole, if that is known
     bool checked = false;                                     ///< against what was scanned
     std::map<std::string, std::string> material_hashes = {};  ///< of what is shown, by material
+    std::map<std::string, std::string> skipped = {};          ///< bad materials, and why
     std::vector<KitPart> databases = {};                      ///< none: it is one by itself
     bool operator==(const KitDatabase&) const = default;
 };

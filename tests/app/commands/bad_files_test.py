@@ -71,10 +71,10 @@ class BadFiles(Case):
         self.add_three()
         result, summary = self.scan_and_skip()
         lines = result.stderr.splitlines()
-        self.assertEqual(lines[0], "merl-scan: warning: db: 3 of 7 files cannot be used and are left out")
+        self.assertEqual(lines[0], "merl-scan: warning: db: 3 files cannot be used and are left out")
         self.assertEqual([line.split(": ")[3] for line in lines[1:]],
                          [f"db/{name}.binary" for name in ("cut", "nan", "other")])
-        self.assertRegex(result.stdout, r"(?m)^skipped +3 bad files$")
+        self.assertRegex(result.stdout, r"(?m)^skipped +3 bad files: cut, nan, other$")
         skipped = summary["database"]["skipped"]
         self.assertEqual(list(skipped), ["cut", "nan", "other"])
         self.assertTrue(skipped["nan"].startswith("db/nan.binary: blue of voxel "))
@@ -93,24 +93,26 @@ class BadFiles(Case):
         for command in ("render", "--size", "16"), ("judge", "--size", "16"):
             result = self.run_program(*command, "--selection", "out/selection.csv", "--out", command[0])
             self.assertEqual(result.returncode, SUCCESS, result.stderr)
-            self.assertIn("warning: db: 3 of 7 files cannot be used and are left out\n", result.stderr)
+            self.assertIn("warning: db: 3 files cannot be used and are left out\n", result.stderr)
         warnings = support.read_json(self.work / "judge" / "kit.json")["warnings"]
         self.assertIn("left out: db/nan.binary: blue of voxel ", warnings[2])
         self.assertFalse((self.work / "render" / "cut.png").exists())
         part = self.run_program("render", "--size", "16", "--selection", "out/selection.csv", "--materials", "m0?",
                                 "--exclude", "m00", "--out", "part")
         self.assertEqual(part.returncode, SUCCESS, part.stderr)
-        self.assertIn("warning: db: 3 of 7 files cannot be used", part.stderr)
+        self.assertIn("warning: db: 3 files cannot be used", part.stderr)
         kit = support.read_json(self.work / "judge" / "kit.json")
         write_rows(self.work / "ann.csv", COLUMNS,
                    [["ann", i, t["configuration"], t["kind"], *t["left"], *t["right"], 0, 3, 900, kit["seed"],
                      kit["kit_hash"]] for i, t in enumerate(kit["trials"], 1)])
         self.run_program("votes", "ann.csv", "--selection", "out/selection.csv", "--kit", "judge/kit.json", "--out",
                          "analysis")
+        self.assertIn("left out: 3 bad files: cut, nan, other", (self.work / "render" / "contact-sheet.html").read_text())
+        self.assertEqual(list(kit["database"]["skipped"]), ["cut", "nan", "other"])
         for command in ("score", "--metrics", "rmse"), ("tune", "--metric", "nielsen-log", "--evaluations", "1"):
             result = self.run_program(*command, "--judgements", "analysis/judgements.csv", "--out", command[0])
             self.assertEqual(result.returncode, SUCCESS, result.stderr)
-            self.assertIn("warning: db: 3 of 7 files cannot be used", result.stderr)
+            self.assertIn("warning: db: 3 files cannot be used", result.stderr)
             skipped = support.read_json(self.work / command[0] / "summary.json")["database"]["skipped"]
             self.assertEqual(list(skipped), ["cut", "nan", "other"])
         # One that is bad only now is an error, or skipped too.
@@ -129,11 +131,39 @@ class BadFiles(Case):
         summary = support.read_json(self.work / "compare" / "summary.json")
         self.assertEqual(list(summary["database"]["skipped"]), ["cut", "nan", "other"])
         self.assertEqual(len(list((self.work / "copy").iterdir())), 4)
+        for page in "compare/compare.html", "render/contact-sheet.html":
+            self.assertIn("3 bad files: cut, nan, other", (self.work / page).read_text())
         (self.work / "judged.csv").write_text("reference,a,b,votes_a,votes_b\nm00,m01,m02,3,1\n")
         result = self.run_program("score", "--judgements", "judged.csv", "--database", "db", "--skip-bad",
                                   "--metrics", "rmse", "--out", "scores")
         self.assertEqual(result.returncode, SUCCESS, result.stderr)
         self.assertEqual(len(support.read_json(self.work / "scores" / "summary.json")["database"]["skipped"]), 3)
+        self.assertIn("; without 3 bad files", (self.work / "scores" / "score.svg").read_text())
+
+    def test_a_database_without_a_good_file(self):
+        self.add_three()
+        broken = self.work / "broken"
+        broken.mkdir()
+        (broken / "b.binary").write_bytes(b"x")
+        (broken / "a.binary").write_bytes(b"")
+        databases = "--database", "db", "--database", "broken", "--skip-bad"
+        result = self.run_program("scan", *databases, "--out", "out")
+        self.assertEqual(result.returncode, SUCCESS, result.stderr)
+        self.assertIn("warning: db: 5 files cannot be used", result.stderr)
+        database = support.read_json(self.work / "out" / "summary.json")["database"]
+        self.assertEqual(list(database["skipped"]), ["broken/a", "broken/b", "db/cut", "db/nan", "db/other"])
+        self.assertEqual([part["label"] for part in database["databases"]], ["db"])
+        # What comes after the scan opens what was scanned, and says the same.
+        result = self.run_program("render", "--selection", "out/selection.csv", "--size", "16", "--out", "sheet")
+        self.assertEqual(result.returncode, SUCCESS, result.stderr)
+        self.assertIn("warning: db: 5 files cannot be used", result.stderr)
+
+    def test_no_database_has_a_good_file(self):
+        for name in "one", "two":
+            write_database(self.work / name, 1)
+            (self.work / name / "m00.binary").write_bytes(b"x")
+        self.assert_refused(INPUT, ["one: none of 1 files can be used: one/m00.binary", "two: none of 1 files"],
+                            "scan", "--database", "one", "--database", "two", "--skip-bad")
 
     def test_nothing_to_skip(self):
         result, summary = self.scan_and_skip()

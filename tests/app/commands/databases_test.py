@@ -258,14 +258,15 @@ class Joined(Databases):
             (USAGE, ["nobody sees", "\\x1b"], ["\x1b[1m=one"]),
             (USAGE, ["nobody sees", "\\xff"], ["\udcff=one"]),
             (INPUT, ["no such database"], ["one", "nowhere"]),
-            (INPUT, ["small (small): the grid is 2 x 3 x 4", "one (one) has 6 x 5 x 8"], ["one", "small"]),
+            (INPUT, ["small/m00.binary: the grid is 2 x 3 x 4", 'of all of "small"',
+                     'one/m0.binary, of "one", has 6 x 5 x 8'], ["one", "small"]),
         ):
             self.assert_refused(status, words, "scan", *(f"--database={text}" for text in databases))
         os.symlink("one", self.work / "link")
         self.assert_refused(USAGE, ["the same database"], "scan", "--database", "one", "--database", "link")
         for grid in "90", "90x90", "90x90x180x2", "0x1x1", "90x90x-1", "1x1x65537", "9000x9000x9", "axbxc", "":
             self.assert_refused(USAGE, ["--grid", "90x90x180", f'"{grid}"'], "scan", "--grid", grid)
-        self.assert_refused(INPUT, ["one: the grid is 6 x 5 x 8", "2 x 3 x 4"], "scan", "--database", "one",
+        self.assert_refused(INPUT, ["one/m0.binary: the grid is 6 x 5 x 8", "2 x 3 x 4"], "scan", "--database", "one",
                             "--grid", "2x3x4")
         self.assert_refused(USAGE, ["--distances", "--materials"], "scan", "--distances", "t.csv", "--materials",
                             "a")
@@ -297,6 +298,9 @@ class Subsets(Databases):
         self.assertEqual((out / "pairs.csv").read_bytes(), (alone / "pairs.csv").read_bytes())
         self.assertEqual(summary["database"]["content_hash"],
                          read_json(alone / "summary.json")["database"]["content_hash"])
+        self.assert_success("scan", "--database", "whole", "--materials", "m[0-2],@~/list.txt", "--exclude", "*1",
+                            *QUICK, "--out", "home", HOME=str(self.work))
+        self.assertEqual((out / "pairs.csv").read_bytes(), (self.work / "home" / "pairs.csv").read_bytes())
         # What comes after has the same materials, although the list is another now.
         (self.work / "list.txt").unlink()
         self.assert_success("render", "--selection", "out/selection.csv", "--size", 16, "--out", "spheres")
@@ -309,6 +313,8 @@ class Subsets(Databases):
         self.assertEqual(scored["database"], summary["database"])
         # Some of those are no other content.
         self.assert_refused(INPUT, ["material that has no distances", '"m7"'], *score, "--exclude", "m7")
+        self.assert_refused(INPUT, ["called label/name: name one database without a label"], *score, "--database",
+                            "x=some")
         (self.work / "whole" / "m3.binary").unlink()
         self.assert_refused(INPUT, ['"m3"', "whole"], *score)
 

@@ -109,14 +109,13 @@ TEST(JoinedDatabase, LabelsOfOddCharactersAreRefused) {
 TEST(JoinedDatabase, WhatCannotBeJoined) {
     EXPECT_THROW(make_joined({}), std::invalid_argument);
     EXPECT_THROW(make_joined({{"a", make_joined({{"b", made({"x"})}})}}), std::invalid_argument);
-    expect_refused(Fault::usage, "both have the label \"a\"", [] {
-        make_joined({{"a", made({"x"})}, {"a", made({"y"})}});
-    });
-    expect_refused(
-        Fault::input,
-        "b (made): the grid is 2 x 3 x 4 (theta_h x theta_d x phi_d); a (made) has 6 x 5 x 8", [] {
-            make_joined({{"a", made({"x"})}, {"b", made({"x"}, {2, 3, 4})}});
-        });
+    EXPECT_THROW(make_joined({{"a", made({"x"})}, {"a", made({"y"})}}), std::invalid_argument);
+    expect_refused(Fault::input,
+                   "made: the grid is 2 x 3 x 4 (theta_h x theta_d x phi_d), as of all of \"b\"; "
+                   "made, of \"a\", has 6 x 5 x 8",
+                   [] {
+                       make_joined({{"a", made({"x"})}, {"b", made({"x"}, {2, 3, 4})}});
+                   });
 }
 
 TEST(JoinedDatabase, SplitsKeepEveryBit) {
@@ -225,9 +224,10 @@ TEST(OpenDatabases, OneGrid) {
     expect_refused(Fault::input, "which files keep; 2 x 3 x 4", [&] {
         open_databases({.databases = {{"", files}}, .grid = Grid{2, 3, 4}});
     });
-    expect_refused(Fault::input, "other (" + other.string() + "): the grid is 2 x 3 x 4", [&] {
-        open_databases({.databases = {{"", files}, {"", other}, {"", ""}}});
-    });
+    expect_refused(Fault::input, other.string() + "/material-0000.binary: the grid is 2 x 3 x 4",
+                   [&] {
+                       open_databases({.databases = {{"", files}, {"", other}, {"", ""}}});
+                   });
 }
 
 TEST(OpenDatabases, SomeMaterials) {

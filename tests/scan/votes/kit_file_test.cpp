@@ -22,6 +22,7 @@ Kit whole_kit() {
                     .content_hash = "c",
                     .checked = true,
                     .material_hashes = {{"b", "2"}, {"a", "1"}, {"d", "4"}, {"c", "3"}},
+                    .skipped = {{"bad", "bad.binary: has 1 bytes"}},
                     .databases = {{"one", "~/one", "MERL directory", "e"},
                                   {"two", "~/two", "RGL directory", std::nullopt}}};
     kit.warnings = {"one", "two"};
