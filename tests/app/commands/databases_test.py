@@ -313,8 +313,9 @@ class Subsets(Databases):
         self.assertEqual(scored["database"], summary["database"])
         # Some of those are no other content.
         self.assert_refused(INPUT, ["material that has no distances", '"m7"'], *score, "--exclude", "m7")
-        self.assert_refused(INPUT, ["called label/name: name one database without a label"], *score, "--database",
-                            "x=some")
+        (self.work / "judged.csv").write_text("reference,a,b,votes_a,votes_b\nm0,m2,m3,3,1\n")
+        self.assert_refused(INPUT, ["called label/name: name one database without a label"], "score", "--judgements",
+                            "judged.csv", "--database", "x=some", "--metrics", "rmse")
         (self.work / "whole" / "m3.binary").unlink()
         self.assert_refused(INPUT, ['"m3"', "whole"], *score)
 
