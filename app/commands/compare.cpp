@@ -214,7 +214,7 @@ int run(const Options& options) {
               }}},
         {options.distances.distances});
     o.distances = obtain_distances(options.distances, kMetrics, control).distances;
-    warn_if_all_are_zero(o.distances);
+    warn_if_all_are_zero(o.distances.provenance, o.distances.table.metrics);
     watch.lap();
     o.compared = scan::compare_metrics(o.distances.table, kStrongest, control.stage("comparing"));
     o.triangles = scan::check_triangles(o.distances.table, unproven(o.distances.provenance),

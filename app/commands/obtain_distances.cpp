@@ -45,38 +45,52 @@ void try_metrics(std::span<const engine::Metric* const> metrics, engine::Engines
     }
 }
 
-ObtainedDistances compute(const DistanceOptions& options, const MetricNeeds& needs,
-                          const pipeline::Control& control) {
+/// `compute_them(engines, database, metrics)` makes the distances.
+template <typename Distances>
+Obtained<Distances> compute(const DistanceOptions& options, const MetricNeeds& needs,
+                            const pipeline::Control& control, const auto& compute_them) {
     const auto texts = split_list(options.metrics.value_or(needs.from_database), "--metrics");
     auto metrics = pipeline::open_metrics(texts);
     require_metrics(metrics.size(), needs);
     auto opened = open_for_distances(options, std::move(metrics), control);
     auto left_out = pipeline::leave_out_empty(opened.metrics, texts, opened.database->grid());
-    ObtainedDistances result;
+    Obtained<Distances> result;
     result.opened = std::move(opened.metrics);
     result.database = std::move(opened.database);
     for (const auto& metric : result.opened) {
         result.metrics.push_back(&metric);
     }
     with_memory_advice([&] {
-        result.distances = pipeline::compute_pair_distances(
-            *opened.engines, *result.database, result.metrics, options.memory, control);
+        result.distances = compute_them(*opened.engines, *result.database, result.metrics);
     });
     result.distances.provenance.left_out = std::move(left_out);
     return result;
 }
 
-ObtainedDistances read(const DistanceOptions& options, const MetricNeeds& needs,
-                       const pipeline::Control& control) {
+/// `read_them(columns)` reads the distances, all columns where none is named.
+template <typename Distances>
+Obtained<Distances> read(const DistanceOptions& options, const MetricNeeds& needs,
+                         const auto& read_them) {
     const std::string metrics = options.metrics.value_or("all");
     const auto columns =
         metrics == "all" ? std::vector<std::string>() : split_list(metrics, "--metrics");
     if (!columns.empty()) {
         require_metrics(columns.size(), needs);
     }
-    ObtainedDistances result;
-    result.distances = pipeline::read_pair_distances(options.distances, columns, control);
+    Obtained<Distances> result;
+    result.distances = read_them(columns);
     require_metrics(result.distances.table.metrics.size(), needs);
+    return result;
+}
+
+template <typename Distances>
+Obtained<Distances> obtain(const DistanceOptions& options, const MetricNeeds& needs,
+                           const pipeline::Control& control, const auto& compute_them,
+                           const auto& read_them) {
+    auto result = options.distances.empty()
+                      ? compute<Distances>(options, needs, control, compute_them)
+                      : read<Distances>(options, needs, read_them);
+    std::ranges::for_each(result.distances.provenance.warnings, print_warning);
     return result;
 }
 
@@ -203,27 +217,50 @@ std::unique_ptr<tbb::global_control> limit_threads(unsigned threads) {
 
 ObtainedDistances obtain_distances(const DistanceOptions& options, const MetricNeeds& needs,
                                    const pipeline::Control& control) {
-    auto result = options.distances.empty() ? compute(options, needs, control)
-                                            : read(options, needs, control);
-    std::ranges::for_each(result.distances.provenance.warnings, print_warning);
-    return result;
+    return obtain<pipeline::PairDistances>(
+        options, needs, control,
+        [&](engine::Engines& engines, const engine::Database& database, const auto& metrics) {
+            return pipeline::compute_pair_distances(engines, database, metrics, options.memory,
+                                                    control);
+        },
+        [&](const auto& columns) {
+            return pipeline::read_pair_distances(options.distances, columns, control);
+        });
 }
 
-void warn(pipeline::PairDistances& distances, const std::string& text) {
+ObtainedListedDistances obtain_listed_distances(const DistanceOptions& options,
+                                                const MetricNeeds& needs, const PairsOf& pairs_of,
+                                                const pipeline::Control& control) {
+    return obtain<pipeline::ListedPairDistances>(
+        options, needs, control,
+        [&](engine::Engines& engines, const engine::Database& database, const auto& metrics) {
+            return pipeline::compute_listed_distances(engines, database, metrics,
+                                                      pairs_of(database.materials()),
+                                                      options.memory, control);
+        },
+        [&](const auto& columns) {
+            auto all = pipeline::read_listed_distances(options.distances, columns, control);
+            const auto pairs = pairs_of(all.table.names);
+            return pipeline::pick_distances(std::move(all), pairs);
+        });
+}
+
+void warn(pipeline::Provenance& provenance, const std::string& text) {
     print_warning(text);
-    distances.provenance.warnings.push_back(text);
+    provenance.warnings.push_back(text);
 }
 
-void warn_if_all_are_zero(pipeline::PairDistances& distances, const std::string& metric,
+void warn_if_all_are_zero(pipeline::Provenance& provenance, const std::string& metric,
                           std::span<const double> values) {
     if (std::ranges::all_of(values, [](double distance) { return distance == 0; })) {
-        warn(distances, fmt::format("all distances under {} are 0", metric));
+        warn(provenance, fmt::format("all distances under {} are 0", metric));
     }
 }
 
-void warn_if_all_are_zero(pipeline::PairDistances& distances) {
-    for (const auto& column : distances.table.metrics) {
-        warn_if_all_are_zero(distances, column.metric, column.values);
+void warn_if_all_are_zero(pipeline::Provenance& provenance,
+                          std::span<const scan::MetricColumn> columns) {
+    for (const auto& column : columns) {
+        warn_if_all_are_zero(provenance, column.metric, column.values);
     }
 }
 

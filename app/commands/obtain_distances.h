@@ -83,12 +83,15 @@ void with_memory_advice(const std::function<void()>& compute);
 std::vector<std::string> split_list(const std::string& list, const std::string& option);
 
 /// Distances, and what can recompute one: null and empty when a table was read.
-struct ObtainedDistances {
-    pipeline::PairDistances distances;
+template <typename Distances>
+struct Obtained {
+    Distances distances;
     std::unique_ptr<engine::Database> database;
     std::vector<engine::Metric> opened;
     std::vector<const engine::Metric*> metrics;  // those opened, in order
 };
+using ObtainedDistances = Obtained<pipeline::PairDistances>;
+using ObtainedListedDistances = Obtained<pipeline::ListedPairDistances>;
 
 /// Computes the distances, every material read once for all metrics, or reads the table. Prints
 /// warnings. Throws Error (usage when there are not as many metrics as needed, input, device) and
@@ -96,15 +99,27 @@ struct ObtainedDistances {
 ObtainedDistances obtain_distances(const DistanceOptions& options, const MetricNeeds& needs,
                                    const pipeline::Control& control);
 
+/// Which pairs are wanted, of materials with these names: ascending indices, each pair once and one
+/// at least. May throw.
+using PairsOf = std::function<std::vector<scan::Pair>(std::span<const std::string> names)>;
+
+/// The same for some pairs of the materials, which are asked for as soon as the names are known:
+/// of a database only they are computed, of a table they are taken, which need not have others.
+/// Throws likewise, what `pairs_of` throws, and InputError where a table lacks a pair.
+ObtainedListedDistances obtain_listed_distances(const DistanceOptions& options,
+                                                const MetricNeeds& needs, const PairsOf& pairs_of,
+                                                const pipeline::Control& control);
+
 /// Warns on standard error, and for summary.json.
-void warn(pipeline::PairDistances& distances, const std::string& text);
+void warn(pipeline::Provenance& provenance, const std::string& text);
 
 /// Warns where all distances under a metric are 0, which is a mistake more often than it is true.
 /// For distances that are not to be refined any more: float32 may give 0 where float64 does not.
-void warn_if_all_are_zero(pipeline::PairDistances& distances, const std::string& metric,
+void warn_if_all_are_zero(pipeline::Provenance& provenance, const std::string& metric,
                           std::span<const double> values);
 
-/// The same for every metric of its table.
-void warn_if_all_are_zero(pipeline::PairDistances& distances);
+/// The same for every metric of a table.
+void warn_if_all_are_zero(pipeline::Provenance& provenance,
+                          std::span<const scan::MetricColumn> columns);
 
 }  // namespace merl::app

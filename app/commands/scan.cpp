@@ -220,8 +220,10 @@ int run(const Options& options) {
     o.source = source_lines(obtained.distances);
     o.result = compute(options, obtained, control);
     o.distances = std::move(obtained.distances);
-    warn_if_all_are_zero(o.distances, o.result.distances.first_metric, o.result.distances.first);
-    warn_if_all_are_zero(o.distances, o.result.distances.second_metric, o.result.distances.second);
+    warn_if_all_are_zero(o.distances.provenance, o.result.distances.first_metric,
+                         o.result.distances.first);
+    warn_if_all_are_zero(o.distances.provenance, o.result.distances.second_metric,
+                         o.result.distances.second);
     writing.lap();
     out.finish();
     terminal.clear();

@@ -236,7 +236,7 @@ void warn_of_circular_scores(Outcome& o) {
     const auto& metrics = o.obtained.distances.table.metrics;
     if (std::ranges::any_of(
             metrics, [&](const auto& m) { return o.judgements.are_selected_by(m.metric); })) {
-        warn(o.obtained.distances,
+        warn(o.obtained.distances.provenance,
              fmt::format("what was judged are disagreements of {}, as {} says: their scores are "
                          "circular and say only which of the two is right where they disagree; "
                          "what one gains the other loses, and neither can be compared with other "
@@ -250,7 +250,7 @@ void warn_of_circular_scores(Outcome& o) {
 void warn_of_fitted(const Options& options, Outcome& o) {
     for (const auto& metric : o.provenance().metrics) {
         if (const auto* data = o.judgements.fitted_to(metric)) {
-            warn(o.obtained.distances,
+            warn(o.obtained.distances.provenance,
                  fmt::format("{} was fitted to {} ({}): its figures say how well it fits these "
                              "judgements, not how well it predicts others",
                              metric.name, options.judgements, data->citation));
@@ -307,7 +307,7 @@ int run(const Options& options) {
     const auto& database = o.provenance().database;
     for (const auto& text :
          compare_with_judged(o.judgements, options.distances, database ? &*database : nullptr)) {
-        warn(o.obtained.distances, text);
+        warn(o.obtained.distances.provenance, text);
     }
     warn_of_circular_scores(o);
     warn_of_fitted(options, o);
@@ -319,7 +319,7 @@ int run(const Options& options) {
         metric.selected = o.judgements.are_selected_by(metric.name);
         metric.fitted = o.judgements.fitted_to(o.provenance().metrics[m]) != nullptr;
     }
-    warn_if_all_are_zero(o.obtained.distances);
+    warn_if_all_are_zero(o.obtained.distances.provenance, o.obtained.distances.table.metrics);
     out.finish();
     terminal.clear();
     if (!options.quiet) {

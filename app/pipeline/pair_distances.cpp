@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <iterator>
+#include <stdexcept>
+#include <utility>
 
 #include "app/pipeline/version.h"
 #include "engine/base/error.h"
@@ -29,6 +31,69 @@ MetricProvenance provenance_of(const engine::Metric& metric) {
     for (std::size_t p = 0; p < header.parameters.size(); ++p) {
         result.parameters.emplace_back(header.parameters[p].name, metric.parameters[p]);
     }
+    return result;
+}
+
+/// Distances, whichever pairs they are of.
+struct Computed {
+    std::vector<scan::MetricColumn> columns;
+    Provenance provenance;
+};
+
+/// Of all pairs, or of those that are listed.
+Computed compute(engine::Engines& engines, const engine::Database& database,
+                 std::span<const engine::Metric* const> metrics,
+                 std::span<const engine::MaterialPair> pairs, std::uint64_t memory_bytes,
+                 const Control& control) {
+    if (database.materials().size() < 2) {
+        const auto skipped = engine::reasons(database.skipped());
+        throw InputError(
+            fmt::format("{}: found {} material{}; distances need at least two{}{}", database.name(),
+                        database.materials().size(), database.materials().size() == 1 ? "" : "s",
+                        skipped.empty() ? "" : "; left out: ", fmt::join(skipped, "; ")));
+    }
+    engine::require_usable(database);
+    auto computed = engine::compute_distances(
+        engines, database, metrics,
+        {.memory_bytes = memory_bytes, .pairs = pairs, .progress = control.stage("distances")});
+    Computed result;
+    auto& provenance = result.provenance;
+    provenance.version = kVersion;
+    provenance.database = pipeline::provenance_of(database, computed);
+    for (std::size_t m = 0; m < metrics.size(); ++m) {
+        provenance.metrics.push_back(provenance_of(*metrics[m]));
+        result.columns.push_back({metrics[m]->name, std::move(computed.distances[m].values),
+                                  std::move(computed.distances[m].bounds),
+                                  metrics[m]->is_summary()});
+    }
+    for (const auto& use : computed.engines) {
+        auto& engine = provenance.engines.emplace_back(
+            EngineProvenance{.engine = use.engine, .metrics = {}, .peak_bytes = use.peak_bytes});
+        for (const auto m : use.metrics) {
+            engine.metrics.push_back(metrics[m]->name);
+        }
+    }
+    provenance.slabs = computed.slabs;
+    provenance.seconds = computed.seconds;
+    provenance.warnings = engine::skipped_lines(database);
+    std::ranges::move(computed.warnings, std::back_inserter(provenance.warnings));
+    return result;
+}
+
+/// `parse(text, report)` makes a table of what is in the file.
+template <typename Distances>
+Distances read(const std::string& file, const Control& control, const auto& parse) {
+    Stopwatch watch;
+    const std::string text = scan::read_input(file);
+    Distances result;
+    result.table = parse(text, control.stage("reading"));
+    auto& provenance = result.provenance;
+    provenance.version = kVersion;
+    provenance.table = {file, hash_of(text)};
+    for (const auto& column : result.table.metrics) {
+        provenance.metrics.push_back({.name = column.metric, .is_computed = false});
+    }
+    provenance.seconds.total = watch.lap();
     return result;
 }
 
@@ -61,56 +126,89 @@ DatabaseProvenance provenance_of(const engine::Database& database,
 PairDistances compute_pair_distances(engine::Engines& engines, const engine::Database& database,
                                      std::span<const engine::Metric* const> metrics,
                                      std::uint64_t memory_bytes, const Control& control) {
-    if (database.materials().size() < 2) {
-        const auto skipped = engine::reasons(database.skipped());
-        throw InputError(
-            fmt::format("{}: found {} material{}; distances need at least two{}{}", database.name(),
-                        database.materials().size(), database.materials().size() == 1 ? "" : "s",
-                        skipped.empty() ? "" : "; left out: ", fmt::join(skipped, "; ")));
+    auto [columns, provenance] = compute(engines, database, metrics, {}, memory_bytes, control);
+    return {.table = {.names = database.materials(), .metrics = std::move(columns)},
+            .provenance = std::move(provenance)};
+}
+
+ListedPairDistances compute_listed_distances(engine::Engines& engines,
+                                             const engine::Database& database,
+                                             std::span<const engine::Metric* const> metrics,
+                                             std::span<const scan::Pair> pairs,
+                                             std::uint64_t memory_bytes, const Control& control) {
+    if (pairs.empty()) {
+        throw std::invalid_argument("found no pairs; expected one or more");
     }
-    engine::require_usable(database);
-    auto computed = engine::compute_distances(
-        engines, database, metrics,
-        {.memory_bytes = memory_bytes, .progress = control.stage("distances")});
-    PairDistances result;
-    auto& provenance = result.provenance;
-    provenance.version = kVersion;
-    provenance.database = provenance_of(database, computed);
-    result.table.names = database.materials();
-    for (std::size_t m = 0; m < metrics.size(); ++m) {
-        provenance.metrics.push_back(provenance_of(*metrics[m]));
-        result.table.metrics.push_back({metrics[m]->name, std::move(computed.distances[m].values),
-                                        std::move(computed.distances[m].bounds),
-                                        metrics[m]->is_summary()});
+    std::vector<engine::MaterialPair> listed;
+    for (const auto& pair : pairs) {
+        listed.emplace_back(pair.first, pair.second);
     }
-    for (const auto& use : computed.engines) {
-        auto& engine = provenance.engines.emplace_back(
-            EngineProvenance{.engine = use.engine, .metrics = {}, .peak_bytes = use.peak_bytes});
-        for (const auto m : use.metrics) {
-            engine.metrics.push_back(metrics[m]->name);
-        }
-    }
-    provenance.slabs = computed.slabs;
-    provenance.seconds = computed.seconds;
-    provenance.warnings = engine::skipped_lines(database);
-    std::ranges::move(computed.warnings, std::back_inserter(provenance.warnings));
-    return result;
+    auto [columns, provenance] = compute(engines, database, metrics, listed, memory_bytes, control);
+    return {.table = {.names = database.materials(),
+                      .pairs = {pairs.begin(), pairs.end()},
+                      .metrics = std::move(columns)},
+            .provenance = std::move(provenance)};
 }
 
 PairDistances read_pair_distances(const std::string& file, std::span<const std::string> columns,
                                   const Control& control) {
-    Stopwatch watch;
-    const std::string text = scan::read_input(file);
-    PairDistances result;
-    result.table = scan::parse_distance_table(text, file, columns, control.stage("reading"));
-    auto& provenance = result.provenance;
-    provenance.version = kVersion;
-    provenance.table = {file, hash_of(text)};
-    for (const auto& column : result.table.metrics) {
-        provenance.metrics.push_back({.name = column.metric, .is_computed = false});
+    return read<PairDistances>(file, control, [&](const std::string& text, const auto& report) {
+        return scan::parse_distance_table(text, file, columns, report);
+    });
+}
+
+ListedPairDistances read_listed_distances(const std::string& file,
+                                          std::span<const std::string> columns,
+                                          const Control& control) {
+    return read<ListedPairDistances>(
+        file, control, [&](const std::string& text, const auto& report) {
+            auto all = scan::parse_distance_table(text, file, columns, report);
+            scan::ListedDistances table;
+            for (std::uint32_t pair = 0; pair < all.pairs(); ++pair) {
+                table.pairs.push_back(scan::pair_at(pair, all.materials()));
+            }
+            table.names = std::move(all.names);
+            table.metrics = std::move(all.metrics);
+            return table;
+        });
+}
+
+ListedPairDistances pick_distances(ListedPairDistances distances,
+                                   std::span<const scan::Pair> pairs) {
+    auto& table = distances.table;
+    const auto order = [](const scan::Pair& pair) { return std::pair(pair.first, pair.second); };
+    std::vector<std::size_t> places;
+    const scan::Pair* missing = nullptr;
+    for (const auto& pair : pairs) {
+        const auto at = std::ranges::lower_bound(table.pairs, order(pair), {}, order);
+        if (at != table.pairs.end() && *at == pair) {
+            places.push_back(static_cast<std::size_t>(at - table.pairs.begin()));
+        } else if (missing == nullptr) {
+            missing = &pair;
+        }
     }
-    provenance.seconds.total = watch.lap();
-    return result;
+    if (missing != nullptr) {
+        throw InputError(fmt::format(
+            R"({}: found the distances of {} of {} pairs that are needed; add the others, such as "{}" and "{}")",
+            distances.provenance.table ? distances.provenance.table->file : "distances",
+            places.size(), pairs.size(), table.names[missing->first],
+            table.names[missing->second]));
+    }
+    table.pairs.assign(pairs.begin(), pairs.end());
+    const auto pick = [&](std::vector<double>& numbers) {
+        std::vector<double> picked;
+        for (const auto place : places) {
+            picked.push_back(numbers[place]);
+        }
+        numbers = std::move(picked);
+    };
+    for (auto& column : table.metrics) {
+        pick(column.values);
+        if (!column.bounds.empty()) {
+            pick(column.bounds);
+        }
+    }
+    return distances;
 }
 
 }  // namespace merl::pipeline

@@ -12,10 +12,12 @@
 #include "engine/distance/distances.h"
 #include "engine/metric/metric.h"
 #include "scan/pairs/distance_table.h"
+#include "scan/pairs/listed_distances.h"
+#include "scan/pairs/pairs.h"
 
 namespace merl::pipeline {
 
-// The first step of everything: the distances of all pairs of materials, and where they are from.
+// The first step of everything: the distances of pairs of materials, and where they are from.
 
 /// What is known of a material that was read.
 struct MaterialProvenance {
@@ -80,8 +82,15 @@ struct Provenance {
     std::vector<std::string> warnings;  // one line each, for the user
 };
 
+/// The distances of all pairs of materials.
 struct PairDistances {
     scan::DistanceTable table;  // bounds are empty for a table: its numbers count as exact
+    Provenance provenance;
+};
+
+/// The distances of some pairs of materials.
+struct ListedPairDistances {
+    scan::ListedDistances table;  // bounds as above
     Provenance provenance;
 };
 
@@ -98,10 +107,32 @@ PairDistances compute_pair_distances(engine::Engines& engines, const engine::Dat
                                      std::uint64_t memory_bytes = 1ULL << 30U,
                                      const Control& control = {});
 
-/// Reads them from a CSV file (distance_table.h), all columns or those that are named. The stage is
-/// "reading". Throws InputError and Cancelled.
+/// The distances of these pairs alone, indices into the database's materials in the order that
+/// ListedDistances has: time and memory grow with their number. Each distance has the bits that it
+/// has among all. Every material is read all the same, for its hash and its counts. Throws
+/// likewise, and std::invalid_argument for pairs out of order.
+ListedPairDistances compute_listed_distances(engine::Engines& engines,
+                                             const engine::Database& database,
+                                             std::span<const engine::Metric* const> metrics,
+                                             std::span<const scan::Pair> pairs,
+                                             std::uint64_t memory_bytes = 1ULL << 30U,
+                                             const Control& control = {});
+
+/// Reads those of all pairs from a CSV file (distance_table.h), all columns or those that are
+/// named. The stage is "reading". Throws InputError and Cancelled.
 PairDistances read_pair_distances(const std::string& file,
                                   std::span<const std::string> columns = {},
                                   const Control& control = {});
+
+/// Takes some pairs, ascending, out of distances that have them. Throws InputError, which says how
+/// many there are not and names one, where `distances` lack some.
+ListedPairDistances pick_distances(ListedPairDistances distances,
+                                   std::span<const scan::Pair> pairs);
+
+/// Reads the distances of pairs from a CSV file, all columns or those that are named. The stage is
+/// "reading". Throws InputError and Cancelled.
+ListedPairDistances read_listed_distances(const std::string& file,
+                                          std::span<const std::string> columns = {},
+                                          const Control& control = {});
 
 }  // namespace merl::pipeline

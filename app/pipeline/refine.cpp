@@ -11,28 +11,44 @@
 namespace merl::pipeline {
 namespace {
 
-engine::Float64Request request(const engine::Metric& metric,
-                               const std::vector<std::uint32_t>& pairs, std::uint32_t materials) {
-    engine::Float64Request result = {&metric, {}};
-    for (const auto index : pairs) {
-        const auto pair = scan::pair_at(index, materials);
-        result.pairs.emplace_back(pair.first, pair.second);
+/// The distances under one metric, to be replaced at some places.
+struct OpenColumn {
+    const engine::Metric* metric;
+    std::span<const std::uint32_t> places;  // ascending
+    std::vector<double>* values;
+    std::vector<double>* bounds;
+};
+
+/// Replaces them by float64 ones, all in one pass; pair_of(place) is the pair at a place.
+void replace(std::span<const OpenColumn> columns, const auto& pair_of,
+             const engine::Database& database, std::uint64_t memory_bytes,
+             const std::function<void(double)>& progress) {
+    std::vector<engine::Float64Request> requests;
+    for (const auto& column : columns) {
+        auto& request = requests.emplace_back(engine::Float64Request{column.metric, {}});
+        for (const auto place : column.places) {
+            const scan::Pair pair = pair_of(place);
+            request.pairs.emplace_back(pair.first, pair.second);
+        }
     }
-    return result;
+    const auto exact = engine::float64_distances(
+        database, requests, engine::VoxelSet::above_horizon, progress, memory_bytes);
+    for (std::size_t c = 0; c < columns.size(); ++c) {
+        const auto& [metric, places, values, bounds] = columns[c];
+        for (std::size_t i = 0; i < places.size(); ++i) {
+            (*values)[places[i]] = exact[c][i];
+            (*bounds)[places[i]] = 0;
+        }
+    }
 }
 
-void replace(const std::vector<std::uint32_t>& pairs, const std::vector<double>& exact,
-             std::vector<double>& values, std::vector<double>& bounds) {
-    for (std::size_t i = 0; i < pairs.size(); ++i) {
-        values[pairs[i]] = exact[i];
-        bounds[pairs[i]] = 0;
-    }
+/// The pairs of a table that has all.
+auto pairs_of(std::uint32_t materials) {
+    return [=](std::uint32_t place) { return scan::pair_at(place, materials); };
 }
 
-}  // namespace
-
-void require_source(const scan::DistanceTable& table, const engine::Database& database,
-                    std::span<const engine::Metric* const> metrics) {
+void require_source_of(const auto& table, const engine::Database& database,
+                       std::span<const engine::Metric* const> metrics) {
     if (database.materials() != table.names ||
         !std::ranges::equal(metrics, table.metrics, {}, &engine::Metric::name,
                             &scan::MetricColumn::metric)) {
@@ -40,6 +56,18 @@ void require_source(const scan::DistanceTable& table, const engine::Database& da
             "distances go with the database and the metrics that they were computed from, in the "
             "order of the table");
     }
+}
+
+}  // namespace
+
+void require_source(const scan::DistanceTable& table, const engine::Database& database,
+                    std::span<const engine::Metric* const> metrics) {
+    require_source_of(table, database, metrics);
+}
+
+void require_source(const scan::ListedDistances& table, const engine::Database& database,
+                    std::span<const engine::Metric* const> metrics) {
+    require_source_of(table, database, metrics);
 }
 
 Refined refine(scan::Distances& distances, const engine::Database& database,
@@ -52,13 +80,10 @@ Refined refine(scan::Distances& distances, const engine::Database& database,
         if (open.empty()) {
             return refined;
         }
-        const std::array<engine::Float64Request, 2> requests = {
-            request(*metrics[0], open.first, distances.materials()),
-            request(*metrics[1], open.second, distances.materials())};
-        const auto exact = engine::float64_distances(
-            database, requests, engine::VoxelSet::above_horizon, progress, memory_bytes);
-        replace(open.first, exact[0], distances.first, distances.first_bounds);
-        replace(open.second, exact[1], distances.second, distances.second_bounds);
+        const std::array<OpenColumn, 2> columns = {
+            OpenColumn{metrics[0], open.first, &distances.first, &distances.first_bounds},
+            OpenColumn{metrics[1], open.second, &distances.second, &distances.second_bounds}};
+        replace(columns, pairs_of(distances.materials()), database, memory_bytes, progress);
         refined.first += open.first.size();
         refined.second += open.second.size();
     }
@@ -70,31 +95,49 @@ std::vector<std::uint64_t> refine_judged(scan::DistanceTable& table,
                                          std::span<const engine::Metric* const> metrics,
                                          std::uint64_t memory_bytes,
                                          const std::function<void(double)>& progress) {
-    std::vector<engine::Float64Request> requests;
+    std::vector<OpenColumn> columns;
     std::vector<std::vector<std::uint32_t>> open(metrics.size());
     std::vector<std::uint64_t> refined(metrics.size());
     for (std::size_t m = 0; m < metrics.size(); ++m) {
-        const auto& column = table.metrics[m];
+        auto& column = table.metrics[m];
         if (metrics[m]->has_twin() && !metrics[m]->is_summary()) {
             open[m] = scan::open_pairs(judgements, {column.metric, column.values, column.bounds});
         }
         if (!open[m].empty()) {
-            requests.push_back(request(*metrics[m], open[m], table.materials()));
+            columns.push_back({metrics[m], open[m], &column.values, &column.bounds});
         }
         refined[m] = open[m].size();
     }
-    if (requests.empty()) {
-        return refined;
-    }
-    const auto exact = engine::float64_distances(
-        database, requests, engine::VoxelSet::above_horizon, progress, memory_bytes);
-    auto next = exact.begin();
-    for (std::size_t m = 0; m < metrics.size(); ++m) {
-        if (!open[m].empty()) {
-            replace(open[m], *next++, table.metrics[m].values, table.metrics[m].bounds);
-        }
+    if (!columns.empty()) {
+        replace(columns, pairs_of(table.materials()), database, memory_bytes, progress);
     }
     return refined;
+}
+
+void make_exact(scan::ListedDistances& table, const engine::Database& database,
+                std::span<const engine::Metric* const> metrics,
+                std::span<const std::vector<std::uint32_t>> entries, std::uint64_t memory_bytes,
+                const std::function<void(double)>& progress) {
+    require_source(table, database, metrics);
+    if (entries.size() != metrics.size()) {
+        throw std::invalid_argument("expected a list of entries for each metric");
+    }
+    std::vector<OpenColumn> columns;
+    for (std::size_t m = 0; m < metrics.size(); ++m) {
+        if (entries[m].empty()) {
+            continue;
+        }
+        if (metrics[m]->is_summary() || !metrics[m]->has_twin()) {
+            throw std::invalid_argument(metrics[m]->name + ": nothing makes its distances exact");
+        }
+        auto& column = table.metrics[m];
+        columns.push_back({metrics[m], entries[m], &column.values, &column.bounds});
+    }
+    if (!columns.empty()) {
+        replace(
+            columns, [&](std::uint32_t place) { return table.pairs.at(place); }, database,
+            memory_bytes, progress);
+    }
 }
 
 }  // namespace merl::pipeline

@@ -9,6 +9,7 @@
 #include "engine/database/database.h"
 #include "engine/metric/metric.h"
 #include "scan/pairs/distance_table.h"
+#include "scan/pairs/listed_distances.h"
 #include "scan/pairs/pairs.h"
 #include "scan/score/judgements.h"
 
@@ -17,6 +18,8 @@ namespace merl::pipeline {
 /// Throws std::invalid_argument unless the table has the distances of these materials under these
 /// metrics, in their order.
 void require_source(const scan::DistanceTable& table, const engine::Database& database,
+                    std::span<const engine::Metric* const> metrics);
+void require_source(const scan::ListedDistances& table, const engine::Database& database,
                     std::span<const engine::Metric* const> metrics);
 
 /// What refining took.
@@ -44,5 +47,14 @@ std::vector<std::uint64_t> refine_judged(scan::DistanceTable& table,
                                          std::span<const engine::Metric* const> metrics,
                                          std::uint64_t memory_bytes,
                                          const std::function<void(double)>& progress);
+
+/// Replaces distances under each metric, which go with the table's columns, in float64: those of
+/// the entries listed for it, as places in `table.pairs`, ascending. None may be listed for a
+/// summary, whose distances are float64 already, nor for a metric without a twin. Memory and
+/// `progress` as above.
+void make_exact(scan::ListedDistances& table, const engine::Database& database,
+                std::span<const engine::Metric* const> metrics,
+                std::span<const std::vector<std::uint32_t>> entries, std::uint64_t memory_bytes,
+                const std::function<void(double)>& progress);
 
 }  // namespace merl::pipeline

@@ -70,6 +70,9 @@ DistanceResult compute_distances(Engines& engines, const Database& database,
         throw InputError(fmt::format("{} materials are more than {}, the most there may be",
                                      materials, kMaxMaterials));
     }
+    const auto number = static_cast<std::uint32_t>(materials);
+    const PairList pairs =
+        options.pairs.empty() ? PairList(number) : PairList(number, options.pairs);
     DistanceResult result;
     auto& seconds = result.seconds;
     for (const auto* metric : metrics) {
@@ -136,6 +139,16 @@ DistanceResult compute_distances(Engines& engines, const Database& database,
         }
         result.engines.push_back(
             {part.share.engine->description(), part.share.metrics, part.work->peak_bytes()});
+    }
+    for (auto& of_metric : result.distances) {
+        MetricDistances some = {.values = {}, .bounds = {}, .means = std::move(of_metric.means)};
+        const PairList all(static_cast<std::uint32_t>(materials));
+        pairs.each([&](std::size_t /*place*/, std::uint32_t first, std::uint32_t second) {
+            const auto at = all.begin_of(first) + second - first - 1;
+            some.values.push_back(of_metric.values[at]);
+            some.bounds.push_back(of_metric.bounds[at]);
+        });
+        of_metric = std::move(some);
     }
     result.voxels = voxels.size();
     result.slabs = plan.slabs;

@@ -9,6 +9,7 @@
 #include "engine/database/database.h"
 #include "engine/distance/engines.h"
 #include "engine/distance/parts/block_reader.h"
+#include "engine/distance/parts/pair_list.h"
 #include "engine/distance/parts/pair_totals.h"
 #include "engine/metric/metric.h"
 
@@ -19,6 +20,10 @@ struct DistanceOptions {
     /// totals. Not on the distances themselves, 16 bytes a pair and metric.
     std::uint64_t memory_bytes = 1ULL << 30U;
     VoxelSet voxels = VoxelSet::above_horizon;
+    /// The only pairs to compute, first < second, ascending, each once; none are all pairs. Time
+    /// and memory then grow with their number. Every material is read all the same, whether in a
+    /// pair or not, because its hash and its counts are part of the result.
+    std::span<const MaterialPair> pairs = {};
     /// Whether the database is a made-up one, on which a user's metric is tried: a window of a
     /// summary may then be empty, and its distances are 0.
     bool is_trial = false;
@@ -48,10 +53,13 @@ struct DistanceResult {
     DistanceSeconds seconds;
 };
 
-/// All pair distances of a database under several metrics, each material read once.
+/// The distances of all pairs of a database, or of those in a list, under several metrics, each
+/// material read once.
 ///
 /// The result does not depend on the slab size or the number of threads: sums run over fixed blocks
-/// of kBlockVoxels voxels, and their float64 totals are added in the order of the voxels.
+/// of kBlockVoxels voxels, and their float64 totals are added in the order of the voxels. Nor does
+/// that of a pair depend on which others are computed. Throws std::invalid_argument for a list that
+/// is not as it should be.
 DistanceResult compute_distances(Engines& engines, const Database& database,
                                  std::span<const Metric* const> metrics,
                                  const DistanceOptions& options = {});

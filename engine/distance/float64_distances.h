@@ -3,16 +3,14 @@
 #include <cstdint>
 #include <functional>
 #include <span>
-#include <utility>
 #include <vector>
 
 #include "engine/database/database.h"
 #include "engine/database/domain.h"
+#include "engine/distance/parts/pair_list.h"
 #include "engine/metric/metric.h"
 
 namespace merl::engine {
-
-using MaterialPair = std::pair<std::uint32_t, std::uint32_t>;
 
 /// Some pairs of materials under one metric, which has a twin and is no summary if there are any.
 struct Float64Request {

@@ -1,0 +1,55 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <utility>
+#include <vector>
+
+namespace merl::engine {
+
+using MaterialPair = std::pair<std::uint32_t, std::uint32_t>;
+
+/// The pairs of materials of which distances are computed, in their order: all of them, (0,1),
+/// (0,2) … (1,2) …, or those of a list.
+class PairList {
+  public:
+    /// All pairs of so many materials.
+    explicit PairList(std::uint32_t materials);
+
+    /// Those of the list, which outlives this; a list of all is as good as none. Throws
+    /// std::invalid_argument unless it has a pair, and they are of these materials, first < second,
+    /// ascending and each there once.
+    PairList(std::uint32_t materials, std::span<const MaterialPair> listed);
+
+    std::uint32_t materials() const { return static_cast<std::uint32_t>(starts_.size()) - 1; }
+    std::size_t size() const { return starts_.back(); }
+    bool is_all() const { return listed_.empty(); }
+    std::span<const MaterialPair> listed() const { return listed_; }
+
+    /// The places of the pairs whose first material is this one: [begin, end).
+    std::size_t begin_of(std::uint32_t first) const { return starts_[first]; }
+    std::size_t end_of(std::uint32_t first) const { return starts_[first + 1]; }
+
+    /// The second material of the pair at a place, whose first one is known.
+    std::uint32_t second(std::uint32_t first, std::size_t place) const {
+        return is_all() ? first + 1 + static_cast<std::uint32_t>(place - starts_[first])
+                        : listed_[place].second;
+    }
+
+    /// Calls what(place, first, second) for every pair, in their order.
+    template <typename What>
+    void each(const What& what) const {
+        for (std::uint32_t first = 0; first < materials(); ++first) {
+            for (std::size_t place = begin_of(first); place < end_of(first); ++place) {
+                what(place, first, second(first, place));
+            }
+        }
+    }
+
+  private:
+    std::span<const MaterialPair> listed_;  // empty: all
+    std::vector<std::size_t> starts_;       // of each first material, and the end
+};
+
+}  // namespace merl::engine
