@@ -31,12 +31,11 @@ struct Part {
 };
 
 /// Of a metric that the host computes slowly, where that is more than some ten seconds of a core.
-void warn_if_slow(const Engines::Share& share, const Metric& metric, std::uint32_t materials,
+void warn_if_slow(const Engines::Share& share, const Metric& metric, const PairList& pairs,
                   const Grid& grid, std::vector<std::string>& warnings) {
     constexpr double kMuch = 3e8;
-    const double pairs = 0.5 * materials * (materials - 1.0);
     if (share.engine->description().engine == kHost && !host_is_fast_for(metric) &&
-        pairs * static_cast<double>(grid.voxels()) > kMuch) {
+        static_cast<double>(pairs.size()) * static_cast<double>(grid.voxels()) > kMuch) {
         warnings.push_back(fmt::format(
             "{} is computed in float64 on this processor, which takes long: minutes for "
             "a hundred materials",
@@ -45,16 +44,16 @@ void warn_if_slow(const Engines::Share& share, const Metric& metric, std::uint32
 }
 
 std::vector<Part> make_parts(Engines& engines, std::span<const Metric* const> metrics,
-                             std::uint32_t materials, const Grid& grid,
+                             const PairList& pairs, const Grid& grid,
                              std::vector<std::string>& warnings) {
     std::vector<Part> parts;
     for (auto& share : engines.share(metrics, warnings)) {
         auto& part = parts.emplace_back(Part{std::move(share)});
         for (const auto m : part.share.metrics) {
             part.metrics.push_back(metrics[m]);
-            warn_if_slow(part.share, *metrics[m], materials, grid, warnings);
+            warn_if_slow(part.share, *metrics[m], pairs, grid, warnings);
         }
-        part.needs = part.share.engine->needs(part.metrics, materials);
+        part.needs = part.share.engine->needs(part.metrics, pairs);
     }
     return parts;
 }
@@ -70,17 +69,14 @@ DistanceResult compute_distances(Engines& engines, const Database& database,
         throw InputError(fmt::format("{} materials are more than {}, the most there may be",
                                      materials, kMaxMaterials));
     }
-    const auto number = static_cast<std::uint32_t>(materials);
-    const PairList pairs =
-        options.pairs.empty() ? PairList(number) : PairList(number, options.pairs);
+    const PairList pairs(static_cast<std::uint32_t>(materials), options.pairs);
     DistanceResult result;
     auto& seconds = result.seconds;
     for (const auto* metric : metrics) {
         refuse_empty_windows(*metric, empty_windows(*metric, database.grid()), database.grid());
     }
     Stopwatch opening;
-    auto parts = make_parts(engines, metrics, static_cast<std::uint32_t>(materials),
-                            database.grid(), result.warnings);
+    auto parts = make_parts(engines, metrics, pairs, database.grid(), result.warnings);
     seconds.opening = opening.lap();
     std::vector<EngineNeeds> needs(parts.size());
     std::ranges::transform(parts, needs.begin(), &Part::needs);
@@ -103,7 +99,7 @@ DistanceResult compute_distances(Engines& engines, const Database& database,
     };
     for (auto& part : parts) {
         part.work = part.share.engine->start(part.metrics,
-                                             {.materials = static_cast<std::uint32_t>(materials),
+                                             {.pairs = &pairs,
                                               .slab_blocks = plan.slab_blocks,
                                               .grid_voxels = database.grid().voxels(),
                                               .is_trial = options.is_trial},
@@ -139,16 +135,6 @@ DistanceResult compute_distances(Engines& engines, const Database& database,
         }
         result.engines.push_back(
             {part.share.engine->description(), part.share.metrics, part.work->peak_bytes()});
-    }
-    for (auto& of_metric : result.distances) {
-        MetricDistances some = {.values = {}, .bounds = {}, .means = std::move(of_metric.means)};
-        const PairList all(static_cast<std::uint32_t>(materials));
-        pairs.each([&](std::size_t /*place*/, std::uint32_t first, std::uint32_t second) {
-            const auto at = all.begin_of(first) + second - first - 1;
-            some.values.push_back(of_metric.values[at]);
-            some.bounds.push_back(of_metric.bounds[at]);
-        });
-        of_metric = std::move(some);
     }
     result.voxels = voxels.size();
     result.slabs = plan.slabs;

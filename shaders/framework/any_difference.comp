@@ -15,23 +15,26 @@ layout(local_size_x_id = 0) in;
 
 layout(binding = 0) uniform samplerBuffer grid;                       // [block][material][texel]
 layout(std430, binding = 1) writeonly buffer Sums { float sums[]; };  // [block][tile][row][column]
+layout(std430, binding = 2) readonly buffer Tiles { uvec2 tiles[]; };
 
 layout(push_constant) uniform Push {
-    uint tiles_across;  // tiles along one side of the matrix of pairs
-    uint materials;     // those beyond are not looked at: a metric may be of no use for zeros
+    uint padded_materials;  // of the grid: those that fill up the last tile too
+    uint materials;         // those beyond are not looked at: a metric may be of no use for zeros
+    uint tile_count;
+    uint first_tile;  // of this dispatch
 };
 
 void main() {
     uint block = gl_WorkGroupID.y;
-    uint tile = gl_WorkGroupID.x / kTile;
+    uint tile = first_tile + gl_WorkGroupID.x / kTile;
     uint row = gl_WorkGroupID.x % kTile;
-    uvec2 at = tile_at(tile, tiles_across);
-    uint first = block * tiles_across * kTile;
-    int row_texels = int((first + at.x * kTile + row) * kBlockTexels);
-    uint out_at = ((block * tile_count(tiles_across) + tile) * kTile + row) * kTile;
+    uvec2 at = tiles[tile];
+    uint first = block * padded_materials;
+    int row_texels = int((first + at.x + row) * kBlockTexels);
+    uint out_at = ((block * tile_count + tile) * kTile + row) * kTile;
     for (uint column = 0; column < kTile; ++column) {
-        uint second = at.y * kTile + column;
-        bool wanted = second > at.x * kTile + row && second < materials;
+        uint second = at.y + column;
+        bool wanted = second > at.x + row && second < materials;
         int column_texels = int((first + second) * kBlockTexels);
 #ifdef ADDS_FLOAT64
         double sum = 0.0;

@@ -3,7 +3,7 @@
 #extension GL_KHR_shader_subgroup_arithmetic : require
 
 // A metric's grid and weights -> the first thing that is wrong with the metric, if anything is: for a
-// metric that nobody has tested. Every voxel and pair of materials is looked at. Three steps, each a
+// metric that nobody has tested. Every voxel and wanted pair of materials is looked at. Three steps, each a
 // dispatch: nothing found; search, where a workgroup is one subgroup and takes one block and one row of a
 // tile; and by a single workgroup what the first of those that found something has to say.
 
@@ -37,9 +37,11 @@ layout(std430, binding = 2) buffer Finding {
 }
 finding;
 
+layout(std430, binding = 3) readonly buffer Tiles { uvec2 tiles[]; };
+
 layout(push_constant) uniform Push {
     uint check_step;
-    uint tiles_across;
+    uint padded_materials;
     uint materials;
     uint groups;  // along x in the second step
 };
@@ -196,9 +198,18 @@ bool suspicious(uint block, uint texel, vec4 a, vec4 b) {
     return !fine;
 }
 
+// Whether a sample without a degree differs from itself.
+bool differs_from_itself(vec4 a) {
+#ifdef DEGREE_NUMERATOR
+    return false;
+#else
+    return difference(a.xyz, a.xyz) != 0.0;
+#endif
+}
+
 // Looks at a row of a tile in a block. The place of the first that is wrong, 65536 column + texel.
 uint look(uint first, uvec2 tile, uint block) {
-    uint from = block * tiles_across * kTile;
+    uint from = block * padded_materials;
     uint worst = kNothing;
     uint same = kNothing;
     for (uint texel = gl_LocalInvocationID.x; texel < kBlockTexels; texel += gl_WorkGroupSize.x) {
@@ -207,16 +218,20 @@ uint look(uint first, uvec2 tile, uint block) {
         if (a.w == 0.0) {
             continue;  // beyond the last voxel, or of no weight
         }
-        if (tile.x == tile.y && difference(a.xyz, a.xyz) != 0.0) {
+        if ((tile.x == tile.y || kTile == 1) && differs_from_itself(a)) {
             same = min(same, block * kBlockVoxels + texel);
         }
 #endif
         for (uint column = 0; column < kTile; ++column) {
-            uint second = tile.y * kTile + column;
+            uint second = tile.y + column;
             if (second <= first || second >= materials) {
                 continue;
             }
             vec4 b = texelFetch(grid, int((from + second) * kBlockTexels + texel));
+            // Of listed pairs there is no tile on the diagonal, where each material is a row once.
+            if (kTile == 1 && differs_from_itself(b)) {
+                same = min(same, block * kBlockVoxels + texel);
+            }
             if (suspicious(block, texel, a, b)) {
                 uint scalar;
                 float there, back;
@@ -238,7 +253,7 @@ void describe_same() {
     uint block = finding.same_voxel / kBlockVoxels;
     uint texel = finding.same_voxel % kBlockVoxels;
     for (uint material = 0; material < materials; ++material) {
-        uint at = (block * tiles_across * kTile + material) * kBlockTexels + texel;
+        uint at = (block * padded_materials + material) * kBlockTexels + texel;
         vec4 a = texelFetch(grid, int(at));
         float d = difference(a.xyz, a.xyz);
         if (a.w != 0.0 && d != 0.0) {
@@ -252,8 +267,8 @@ void describe_same() {
 
 void describe(uint first, uvec2 tile, uint block, uint place) {
     uint texel = place % 65536;
-    uint second = tile.y * kTile + place / 65536;
-    uint from = block * tiles_across * kTile;
+    uint second = tile.y + place / 65536;
+    uint from = block * padded_materials;
     vec4 a = texelFetch(grid, int((from + first) * kBlockTexels + texel));
     vec4 b = texelFetch(grid, int((from + second) * kBlockTexels + texel));
     uint scalar;
@@ -295,8 +310,8 @@ void main() {
     }
     uint group_x = check_step == 1 ? gl_WorkGroupID.x : finding.group % groups;
     uint block = check_step == 1 ? gl_WorkGroupID.y : finding.group / groups;
-    uvec2 tile = tile_at(group_x / kTile, tiles_across);
-    uint first = tile.x * kTile + group_x % kTile;
+    uvec2 tile = tiles[group_x / kTile];
+    uint first = tile.x + group_x % kTile;
     if (first >= materials) {
         return;
     }

@@ -4,9 +4,9 @@
 #extension GL_KHR_shader_subgroup_arithmetic : require
 
 // A metric's grid -> partial sums of the difference, for each block of voxels and each pair of
-// materials. A workgroup is one subgroup and takes one block and one tile: kTile materials (rows)
-// against kTile materials (columns), with a lane to every few texels. Tiles on the diagonal of the
-// matrix of pairs need only the pairs above it: they are dispatched apart.
+// materials that is wanted. A workgroup is one subgroup and takes one block and one tile: kTile
+// materials (rows) against kTile materials (columns), with a lane to every few texels. Tiles on the
+// diagonal of the matrix of pairs need only the pairs above it: they are dispatched apart.
 
 #include "framework/metric.glsl"
 #include "framework/pair_tile.glsl"
@@ -17,9 +17,13 @@ layout(local_size_x_id = 0) in;
 
 layout(binding = 0) uniform samplerBuffer grid;                       // [block][material][texel]
 layout(std430, binding = 1) writeonly buffer Sums { float sums[]; };  // [block][tile][row][column]
+layout(std430, binding = 2) readonly buffer Tiles { uvec2 tiles[]; };
 
 layout(push_constant) uniform Push {
-    uint tiles_across;  // tiles along one side of the matrix of pairs
+    uint padded_materials;  // of the grid: those that fill up the last tile too
+    uint materials;
+    uint tile_count;
+    uint first_tile;  // of this dispatch
 };
 
 // Texels are added in runs of kRun, and the runs with Kahan's compensation, so that only the roundings
@@ -28,10 +32,10 @@ const uint kRun = RUN_TEXELS;
 
 void main() {
     uint block = gl_WorkGroupID.y;
-    uint tile = gl_WorkGroupID.x + (kDiagonal ? tiles_above_diagonal(tiles_across) : 0);
-    uvec2 at = tile_at(tile, tiles_across);
-    int rows = int((block * tiles_across + at.x) * kTile * kBlockTexels);
-    int columns = int((block * tiles_across + at.y) * kTile * kBlockTexels);
+    uint tile = first_tile + gl_WorkGroupID.x;
+    uvec2 at = tiles[tile];
+    int rows = int((block * padded_materials + at.x) * kBlockTexels);
+    int columns = int((block * padded_materials + at.y) * kBlockTexels);
 
     float total[kPairs];
     float sum[kPairs];  // begins each run with what rounding the total has lost
@@ -67,7 +71,7 @@ void main() {
             }
         }
     }
-    uint out_at = (block * tile_count(tiles_across) + tile) * kPairs;
+    uint out_at = (block * tile_count + tile) * kPairs;
     [[unroll]] for (uint i = 0; i < kPairs; ++i) {
         if (is_wanted(i)) {
             float all = add_lanes(total[i], sum[i]);

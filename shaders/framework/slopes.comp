@@ -15,9 +15,13 @@ layout(local_size_x_id = 0) in;
 
 layout(binding = 0) uniform samplerBuffer ranges;                     // [block][material][chunk/2]
 layout(std430, binding = 1) writeonly buffer Sums { float sums[]; };  // [block][tile][row][column]
+layout(std430, binding = 2) readonly buffer Tiles { uvec2 tiles[]; };
 
 layout(push_constant) uniform Push {
-    uint tiles_across;
+    uint padded_materials;  // of the grid: those that fill up the last tile too
+    uint materials;
+    uint tile_count;
+    uint first_tile;  // of this dispatch
 };
 
 const uint kTexels = kBlockTexels / kChunkTexels / 2;  // of one block and material
@@ -32,10 +36,10 @@ float slopes(vec4 a, vec4 b, vec2 size_of_a, vec2 size_of_b) {
 
 void main() {
     uint block = gl_WorkGroupID.y;
-    uint tile = gl_WorkGroupID.x + (kDiagonal ? tiles_above_diagonal(tiles_across) : 0);
-    uvec2 at = tile_at(tile, tiles_across);
-    int rows = int((block * tiles_across + at.x) * kTile * kTexels);
-    int columns = int((block * tiles_across + at.y) * kTile * kTexels);
+    uint tile = first_tile + gl_WorkGroupID.x;
+    uvec2 at = tiles[tile];
+    int rows = int((block * padded_materials + at.x) * kTexels);
+    int columns = int((block * padded_materials + at.y) * kTexels);
 
     float sum[kPairs];
     [[unroll]] for (uint i = 0; i < kPairs; ++i) {
@@ -58,7 +62,7 @@ void main() {
             }
         }
     }
-    uint out_at = (block * tile_count(tiles_across) + tile) * kPairs;
+    uint out_at = (block * tile_count + tile) * kPairs;
     [[unroll]] for (uint i = 0; i < kPairs; ++i) {
         if (is_wanted(i)) {
             float all = subgroupAdd(sum[i]);

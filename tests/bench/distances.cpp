@@ -21,19 +21,22 @@ std::uint64_t bytes_of(const DistanceResult& result) {
 }
 
 /// The distance stage: its wall-clock time, and as counters the seconds of its parts. `twins` are
-/// metrics with the same distances that have a float64 twin.
+/// metrics with the same distances that have a float64 twin. Of all pairs, or of those listed.
 void time_distances(benchmark::State& state, const std::string& name, Engines& engines,
                     const Database& database, std::span<const Metric* const> metrics,
-                    std::span<const Metric* const> twins) {
+                    std::span<const Metric* const> twins,
+                    std::span<const MaterialPair> listed = {}) {
+    const DistanceOptions options = {.pairs = listed};
     const double error = check_once(name, [&] {
-        const auto result = compute_distances(engines, database, metrics);
-        return check_distances(database, twins, result.distances);
+        const auto result = compute_distances(engines, database, metrics, options);
+        const auto materials = static_cast<std::uint32_t>(database.materials().size());
+        return check_distances(database, twins, PairList(materials, listed), result.distances);
     });
     DistanceSeconds sum;
     double work = 0;  // pairs times voxels
     std::uint64_t bytes = 0;
     for ([[maybe_unused]] auto _ : state) {
-        const auto result = compute_distances(engines, database, metrics);
+        const auto result = compute_distances(engines, database, metrics, options);
         bytes = bytes_of(result);
         sum.kernels += result.seconds.kernels;
         sum.reading += result.seconds.reading;
@@ -94,6 +97,21 @@ void time_scale(benchmark::State& state, const std::string& name, std::size_t ma
             fmt::format("{} materials: slabs of more than {} MiB", materials, budget));
 }
 
+/// Half as many pairs as materials, of which none is in two.
+void add_listed() {
+    for (const bool in_shaders : {false, true}) {
+        const std::string name = in_shaders ? "listed/shaders" : "listed/host";
+        add(name, [name, in_shaders](benchmark::State& state) {
+            std::vector<MaterialPair> pairs;
+            for (std::uint32_t m = 0; m < 50; ++m) {
+                pairs.emplace_back(m, m + 50);
+            }
+            time_distances(state, name, in_shaders ? shader_engines() : engines(),
+                           *open_model("abc", coarse_grid(2)), two_metrics(), two_metrics(), pairs);
+        }).Iterations(1);
+    }
+}
+
 /// Another way to the same distances: through the shaders on every device, and what the framework
 /// makes of a metric that has no C++ twin, and of one that does not declare its degree either.
 enum class Variant { library, shaders, of_a_user, without_degree };
@@ -150,6 +168,7 @@ void add_distances() {
     add_stage("distances/both", {two_metrics()[0], two_metrics()[1]}, engines());
     add_stage("distances/shaders", {two_metrics()[0], two_metrics()[1]}, shader_engines());
     add_variants();
+    add_listed();
     if (settings().check) {
         return;  // the tests of the engine hold every metric to float64
     }

@@ -94,29 +94,30 @@ scan::Distances made_up_distances(std::uint32_t materials) {
 }
 
 double check_distances(const Database& database, std::span<const Metric* const> metrics,
+                       const engine::PairList& pairs,
                        std::span<const engine::MetricDistances> distances) {
-    const auto materials = static_cast<std::uint32_t>(database.materials().size());
-    const auto pairs = static_cast<std::uint32_t>(scan::pair_count(materials));
-    constexpr std::uint32_t kChecked = 50;
-    std::vector<std::uint32_t> chosen;
-    for (std::uint32_t i = 0; i < std::min(kChecked, pairs); ++i) {
-        chosen.push_back(
-            static_cast<std::uint32_t>(std::uint64_t{pairs} * i / std::min(kChecked, pairs)));
+    constexpr std::size_t kChecked = 50;
+    std::vector<std::size_t> chosen;
+    for (std::size_t i = 0; i < std::min(kChecked, pairs.size()); ++i) {
+        chosen.push_back(pairs.size() * i / std::min(kChecked, pairs.size()));
     }
+    std::vector<engine::MaterialPair> all;
+    pairs.each([&](std::size_t /*place*/, std::uint32_t first, std::uint32_t second) {
+        all.emplace_back(first, second);
+    });
     std::vector<engine::Float64Request> requests;
     for (const auto* metric : metrics) {
         auto& request = requests.emplace_back(engine::Float64Request{metric, {}});
-        for (const auto index : chosen) {
-            const auto pair = scan::pair_at(index, materials);
-            request.pairs.emplace_back(pair.first, pair.second);
+        for (const auto place : chosen) {
+            request.pairs.push_back(all[place]);
         }
     }
     const auto exact = engine::float64_distances(database, requests);
     double largest = 0;
     for (std::size_t m = 0; m < metrics.size(); ++m) {
-        require(distances[m].values.size() == pairs,
+        require(distances[m].values.size() == pairs.size(),
                 fmt::format("{}: {} distances, expected {}", metrics[m]->name,
-                            distances[m].values.size(), pairs));
+                            distances[m].values.size(), pairs.size()));
         for (std::size_t i = 0; i < chosen.size(); ++i) {
             const double value = distances[m].values[chosen[i]];
             const double error = std::abs(value - exact[m][i]);

@@ -38,10 +38,12 @@ const scan::Distances& exact_distances();
 /// Made-up distances of many materials under two metrics that agree more often than not.
 scan::Distances made_up_distances(std::uint32_t materials);
 
-/// Holds distances to the float64 reference on some pairs: each within its bound, or where none is
-/// known within 1e-5 of itself. Returns the largest relative error. Throws std::runtime_error.
+/// Holds the distances of these pairs to the float64 reference on some of them: each within its
+/// bound, or where none is known within 1e-5 of itself. Returns the largest relative error. Throws
+/// std::runtime_error.
 double check_distances(const engine::Database& database,
                        std::span<const engine::Metric* const> metrics,
+                       const engine::PairList& pairs,
                        std::span<const engine::MetricDistances> distances);
 
 /// `materials` materials from the samples of another database, which it keeps in memory: every

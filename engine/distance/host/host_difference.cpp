@@ -155,7 +155,8 @@ void sum_group(Power power, const HostTile<BlockScalars>& tile, std::size_t row,
     }
 }
 
-/// As many pairs side by side as there are registers for, and the columns left over one by one.
+/// As many pairs side by side as there are registers for, and the rows and columns left over one by
+/// one.
 template <typename Power>
 void sum_differences_of(Power power, const HostTile<BlockScalars>& tile) {
     constexpr std::size_t kColumns = kHostGroup;
@@ -163,20 +164,23 @@ void sum_differences_of(Power power, const HostTile<BlockScalars>& tile) {
     static_assert(kHostGroup % kRows == 0);
     const bool diagonal = tile.rows == tile.columns;
     const std::size_t grouped = tile.column_count / kColumns * kColumns;
-    const std::size_t rows = diagonal ? grouped : tile.row_count;
+    const std::size_t grouped_rows = tile.row_count / kHostGroup * kHostGroup;
     for (std::size_t c = 0; c < grouped; c += kColumns) {
-        for (std::size_t r = 0; r < (diagonal ? c : rows); r += kRows) {
+        for (std::size_t r = 0; r < (diagonal ? c : grouped_rows); r += kRows) {
             sum_group<kRows, kColumns>(power, tile, r, c);
         }
         if (diagonal) {
             sum_group<kColumns, kColumns, true>(power, tile, c, c);
         }
+        for (std::size_t r = grouped_rows; !diagonal && r < tile.row_count; ++r) {
+            sum_group<1, kColumns>(power, tile, r, c);
+        }
     }
     for (std::size_t c = grouped; c < tile.column_count; ++c) {
-        for (std::size_t r = 0; r < rows; r += kRows) {
+        for (std::size_t r = 0; r < grouped_rows; r += kRows) {
             sum_group<kRows, 1>(power, tile, r, c);
         }
-        for (std::size_t r = grouped; diagonal && r < c; ++r) {
+        for (std::size_t r = grouped_rows; r < (diagonal ? c : tile.row_count); ++r) {
             sum_group<1, 1>(power, tile, r, c);
         }
     }

@@ -35,8 +35,8 @@ struct ChunkRanges {
 };
 
 /// Materials against materials, each a range of consecutive ones. Both may be the same range: then
-/// only the pairs above the diagonal are wanted. Otherwise the rows come in whole groups of
-/// kHostGroup. The sum of a row and a column, from float64, goes to sums[row * stride + column].
+/// only the pairs above the diagonal are wanted. The sum of a row and a column, from float64, goes
+/// to sums[row * stride + column]: the same bits whatever else is in the tile.
 template <typename Material>
 struct HostTile {
     const Material* rows;

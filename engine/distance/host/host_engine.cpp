@@ -22,10 +22,10 @@ class HostWork final : public EngineWork {
                 metrics_.emplace_back(std::in_place_type<SummaryMetric>, *metric, extent,
                                       site.database.materials());
             } else if (metric->has_degree()) {
-                metrics_.emplace_back(std::in_place_type<HostMetric>, *metric, extent.materials,
+                metrics_.emplace_back(std::in_place_type<HostMetric>, *metric, *extent.pairs,
                                       extent.slab_blocks, extent.grid_voxels);
             } else {
-                metrics_.emplace_back(std::in_place_type<TwinMetric>, *metric, extent.materials,
+                metrics_.emplace_back(std::in_place_type<TwinMetric>, *metric, *extent.pairs,
                                       extent.slab_blocks, extent.grid_voxels);
             }
         }
@@ -92,21 +92,21 @@ class HostEngine final : public Engine {
     }
 
     EngineNeeds needs(std::span<const Metric* const> metrics,
-                      std::uint32_t materials) const override {
+                      const PairList& pairs) const override {
         EngineNeeds needs = {.cached = true};
         for (const auto* metric : metrics) {
             if (!host_can(*metric)) {
                 throw std::logic_error(metric->name + " has no twin");
             }
             if (metric->is_summary()) {
-                needs.fixed_bytes += SummaryMetric::fixed_bytes(*metric, materials);
+                needs.fixed_bytes += SummaryMetric::fixed_bytes(*metric, pairs.materials());
                 needs.block_bytes += SummaryMetric::block_bytes(*metric);
             } else if (metric->has_degree()) {
-                needs.fixed_bytes += HostMetric::fixed_bytes(*metric, materials);
-                needs.block_bytes += HostMetric::block_bytes(*metric, materials);
+                needs.fixed_bytes += HostMetric::fixed_bytes(*metric, pairs);
+                needs.block_bytes += HostMetric::block_bytes(*metric, pairs);
             } else {
-                needs.fixed_bytes += TwinMetric::fixed_bytes(materials);
-                needs.block_bytes += TwinMetric::block_bytes(materials);
+                needs.fixed_bytes += TwinMetric::fixed_bytes(pairs);
+                needs.block_bytes += TwinMetric::block_bytes(pairs);
             }
         }
         return needs;
@@ -118,7 +118,7 @@ class HostEngine final : public Engine {
 
     std::unique_ptr<EngineWork> start(std::span<const Metric* const> metrics, const Extent& extent,
                                       const WorkSite& site) override {
-        const auto [fixed, block, most, cached] = needs(metrics, extent.materials);
+        const auto [fixed, block, most, cached] = needs(metrics, *extent.pairs);
         return std::make_unique<HostWork>(metrics, extent, site,
                                           fixed + extent.slab_blocks * block);
     }

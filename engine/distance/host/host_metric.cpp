@@ -14,8 +14,8 @@ namespace {
 constexpr std::uint32_t kTile = 20;
 static_assert(kTile % kHostGroup == 0);
 
-PairTiles tiles_of(std::uint32_t materials) {
-    return PairTiles::covering(materials, kTile);
+PairTiles tiles_of(const PairList& pairs) {
+    return PairTiles::covering(pairs, kTile);
 }
 
 std::size_t sums_of_block(const PairTiles& tiles) {
@@ -24,30 +24,30 @@ std::size_t sums_of_block(const PairTiles& tiles) {
 
 }  // namespace
 
-HostMetric::HostMetric(const Metric& metric, std::uint32_t materials, std::uint32_t slab_blocks,
+HostMetric::HostMetric(const Metric& metric, const PairList& pairs, std::uint32_t slab_blocks,
                        std::uint64_t grid_voxels)
     : metric_(&metric),
-      tiles_(tiles_of(materials)),
-      materials_(materials),
-      totals_(metric, materials, tiles_, grid_voxels, kHostRoundings),
+      tiles_(tiles_of(pairs)),
+      materials_(pairs.materials()),
+      totals_(metric, tiles_, grid_voxels, kHostRoundings),
       weights_(slab_blocks),
-      grid_(std::size_t{slab_blocks} * materials),
+      grid_(std::size_t{slab_blocks} * materials_),
       ranges_(metric.has_slopes() ? grid_.size() : 0),
       differences_(slab_blocks * sums_of_block(tiles_)),
       slopes_(metric.has_slopes() ? differences_.size() : 0),
       norms_(metric.has_norms() ? std::size_t{slab_blocks} * tiles_.padded_materials() : 0) {}
 
-std::uint64_t HostMetric::block_bytes(const Metric& metric, std::uint32_t materials) {
-    const auto tiles = tiles_of(materials);
+std::uint64_t HostMetric::block_bytes(const Metric& metric, const PairList& pairs) {
+    const auto tiles = tiles_of(pairs);
     const std::uint64_t grid =
         sizeof(BlockScalars) + (metric.has_slopes() ? sizeof(ChunkRanges) : 0);
     const std::uint64_t sums = (metric.has_slopes() ? 2 : 1) * sums_of_block(tiles) +
                                (metric.has_norms() ? tiles.padded_materials() : 0);
-    return sizeof(BlockWeights) + materials * grid + sums * sizeof(float);
+    return sizeof(BlockWeights) + pairs.materials() * grid + sums * sizeof(float);
 }
 
-std::uint64_t HostMetric::fixed_bytes(const Metric& metric, std::uint32_t materials) {
-    return PairTotals::bytes(metric, tiles_of(materials));
+std::uint64_t HostMetric::fixed_bytes(const Metric& metric, const PairList& pairs) {
+    return PairTotals::bytes(metric, tiles_of(pairs));
 }
 
 void HostMetric::weigh(const Slab& slab) {
@@ -76,7 +76,7 @@ void HostMetric::sum(const Slab& slab) {
     const std::uint64_t tasks = slab.blocks() * tiles_.count();
     tbb::parallel_for(std::uint64_t{0}, tasks, [&](std::uint64_t task) {
         const std::uint64_t block = task / tiles_.count();
-        const auto tile = tiles_.place_of(static_cast<std::uint32_t>(task % tiles_.count()));
+        const auto tile = tiles_.place_of(task % tiles_.count());
         const std::size_t first = block * materials_;
         const std::size_t sums = task * tiles_.pairs_of_tile();
         const auto tile_of = [&]<typename T>(const Aligned<T>& materials, std::vector<float>& to) {

@@ -16,12 +16,13 @@ namespace merl::engine {
 /// and then the sums of a slab.
 class HostMetric {
   public:
-    HostMetric(const Metric& metric, std::uint32_t materials, std::uint32_t slab_blocks,
+    /// The pairs outlive it.
+    HostMetric(const Metric& metric, const PairList& pairs, std::uint32_t slab_blocks,
                std::uint64_t grid_voxels);
 
     /// The bytes of memory of that for each block of a slab, and of its totals.
-    static std::uint64_t block_bytes(const Metric& metric, std::uint32_t materials);
-    static std::uint64_t fixed_bytes(const Metric& metric, std::uint32_t materials);
+    static std::uint64_t block_bytes(const Metric& metric, const PairList& pairs);
+    static std::uint64_t fixed_bytes(const Metric& metric, const PairList& pairs);
 
     /// The weights of a slab, before make_grid().
     void weigh(const Slab& slab);

@@ -50,8 +50,9 @@ double sum_without(const double* weights, std::size_t size, const std::bitset<kB
 SummaryMetric::SummaryMetric(const Metric& metric, const Extent& extent,
                              std::span<const std::string> materials)
     : metric_(&metric),
+      pairs_(extent.pairs),
       materials_(materials),
-      totals_(metric, extent.materials),
+      totals_(metric, extent.materials()),
       weights_(extent.slab_blocks * metric.header.windows.size()),
       parts_(weights_.size()) {}
 
@@ -112,7 +113,7 @@ void SummaryMetric::add(std::size_t material, std::span<const BlockSamples> bloc
 }
 
 MetricDistances SummaryMetric::distances() const {
-    return summary_distances(*metric_, totals_.means(), materials_);
+    return summary_distances(*metric_, totals_.means(), *pairs_, materials_);
 }
 
 }  // namespace merl::engine

@@ -13,6 +13,7 @@ namespace merl::engine {
 /// are read, and distances at the end.
 class SummaryMetric {
   public:
+    /// The pairs of the extent outlive it, and the materials' names.
     SummaryMetric(const Metric& metric, const Extent& extent,
                   std::span<const std::string> materials);
 
@@ -39,6 +40,7 @@ class SummaryMetric {
     };
 
     const Metric* metric_;
+    const PairList* pairs_;
     std::span<const std::string> materials_;
     WindowTotals totals_;
     std::vector<BlockWeights> weights_;  // [block][window]

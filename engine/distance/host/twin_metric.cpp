@@ -6,31 +6,24 @@
 #include <cmath>
 
 namespace merl::engine {
-namespace {
 
-std::size_t pair_count(std::uint32_t materials) {
-    return std::size_t{materials} * (materials - 1) / 2;
-}
-
-}  // namespace
-
-TwinMetric::TwinMetric(const Metric& metric, std::uint32_t materials, std::uint32_t slab_blocks,
+TwinMetric::TwinMetric(const Metric& metric, const PairList& pairs, std::uint32_t slab_blocks,
                        std::uint64_t grid_voxels)
     : metric_(&metric),
-      materials_(materials),
+      pairs_(&pairs),
       grid_voxels_(grid_voxels),
       weights_(slab_blocks),
-      grid_(std::size_t{slab_blocks} * materials),
-      sums_(slab_blocks * pair_count(materials)),
-      totals_(pair_count(materials)) {}
+      grid_(std::size_t{slab_blocks} * pairs.materials()),
+      sums_(slab_blocks * pairs.size()),
+      totals_(pairs.size()) {}
 
-std::uint64_t TwinMetric::block_bytes(std::uint32_t materials) {
-    return sizeof(BlockWeights) + materials * sizeof(BlockSamples) +
-           pair_count(materials) * sizeof(double);
+std::uint64_t TwinMetric::block_bytes(const PairList& pairs) {
+    return sizeof(BlockWeights) + pairs.materials() * sizeof(BlockSamples) +
+           pairs.size() * sizeof(double);
 }
 
-std::uint64_t TwinMetric::fixed_bytes(std::uint32_t materials) {
-    return pair_count(materials) * sizeof(double);
+std::uint64_t TwinMetric::fixed_bytes(const PairList& pairs) {
+    return pairs.size() * sizeof(double);
 }
 
 void TwinMetric::weigh(const Slab& slab) {
@@ -43,21 +36,20 @@ void TwinMetric::make_grid(const Slab& slab, std::size_t material,
                            std::span<const BlockSamples> blocks) {
     for (std::size_t block = 0; block < blocks.size(); ++block) {
         metric_->twin.transform(metric_->parameters, slab.voxels_of_block(block), blocks[block],
-                                grid_[block * materials_ + material]);
+                                grid_[block * pairs_->materials() + material]);
     }
 }
 
 void TwinMetric::sum(const Slab& slab) {
-    const std::uint64_t rows = slab.blocks() * materials_;
-    tbb::parallel_for(std::uint64_t{0}, rows, [&](std::uint64_t task) {
-        const std::uint64_t block = task / materials_;
-        const auto row = static_cast<std::uint32_t>(task % materials_);
-        const BlockSamples* const of_block = &grid_[block * materials_];
-        double* sum =
-            &sums_[block * totals_.size()] + totals_.size() - pair_count(materials_ - row);
-        for (std::uint32_t column = row + 1; column < materials_; ++column) {
-            *sum++ = metric_->twin.sum(metric_->parameters, of_block[row], of_block[column],
-                                       weights_[block]);
+    const std::uint64_t materials = pairs_->materials();
+    tbb::parallel_for(std::uint64_t{0}, slab.blocks() * materials, [&](std::uint64_t task) {
+        const std::uint64_t block = task / materials;
+        const auto row = static_cast<std::uint32_t>(task % materials);
+        const BlockSamples* const of_block = &grid_[block * materials];
+        double* const sums = &sums_[block * totals_.size()];
+        for (std::size_t pair = pairs_->begin_of(row); pair < pairs_->end_of(row); ++pair) {
+            sums[pair] = metric_->twin.sum(metric_->parameters, of_block[row],
+                                           of_block[pairs_->second(row, pair)], weights_[block]);
         }
     });
 }

@@ -13,12 +13,13 @@ namespace merl::engine {
 /// of float64_distances(), and their bounds are 0.
 class TwinMetric {
   public:
-    TwinMetric(const Metric& metric, std::uint32_t materials, std::uint32_t slab_blocks,
+    /// The pairs outlive it.
+    TwinMetric(const Metric& metric, const PairList& pairs, std::uint32_t slab_blocks,
                std::uint64_t grid_voxels);
 
     /// The bytes of memory of that for each block of a slab, and of its totals.
-    static std::uint64_t block_bytes(std::uint32_t materials);
-    static std::uint64_t fixed_bytes(std::uint32_t materials);
+    static std::uint64_t block_bytes(const PairList& pairs);
+    static std::uint64_t fixed_bytes(const PairList& pairs);
 
     /// The weights of a slab.
     void weigh(const Slab& slab);
@@ -37,7 +38,7 @@ class TwinMetric {
 
   private:
     const Metric* metric_;
-    std::uint32_t materials_;
+    const PairList* pairs_;
     std::uint64_t grid_voxels_;
     std::vector<BlockWeights> weights_;
     std::vector<BlockSamples> grid_;  // [block][material]

@@ -11,6 +11,7 @@
 
 #include "engine/database/database.h"
 #include "engine/database/domain.h"
+#include "engine/distance/parts/pair_list.h"
 #include "engine/distance/parts/pair_totals.h"
 #include "engine/distance/parts/slab.h"
 #include "engine/distance/parts/summary.h"
@@ -46,10 +47,12 @@ struct EngineNeeds {
 
 /// The size of a computation.
 struct Extent {
-    std::uint32_t materials = 0;
-    std::uint32_t slab_blocks = 0;  // the most blocks of a slab
-    std::uint64_t grid_voxels = 0;  // |K|, also those below the horizon
-    bool is_trial = false;          // of a user's metric: a window may be empty
+    const PairList* pairs = nullptr;  // that are computed; outlives the work
+    std::uint32_t slab_blocks = 0;    // the most blocks of a slab
+    std::uint64_t grid_voxels = 0;    // |K|, also those below the horizon
+    bool is_trial = false;            // of a user's metric: a window may be empty
+
+    std::uint32_t materials() const { return pairs->materials(); }
 };
 
 /// Seconds spent in the parts of a computation; reading and a device's work overlap.
@@ -93,7 +96,7 @@ class EngineWork {
     /// with a user's metric, now or at the next call.
     virtual void compute() = 0;
 
-    /// After the last slab: the distances of each metric.
+    /// After the last slab: the distances of each metric, in the order of the pairs.
     virtual std::vector<MetricDistances> distances() = 0;
 
     /// The most memory held so far.
@@ -107,9 +110,9 @@ class Engine {
 
     virtual EngineDescription description() const = 0;
 
-    /// Throws Error (device) when there are more materials than it can work on.
+    /// Throws Error (device) when there are more materials or pairs than it can work on.
     virtual EngineNeeds needs(std::span<const Metric* const> metrics,
-                              std::uint32_t materials) const = 0;
+                              const PairList& pairs) const = 0;
 
     /// What evaluates the features of a summary that this engine computes: distances under other
     /// parameters, which no window depends on, come from means that are known. The metric outlives

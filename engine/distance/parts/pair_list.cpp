@@ -10,9 +10,6 @@ namespace merl::engine {
 namespace {
 
 void require_pairs(std::uint32_t materials, std::span<const MaterialPair> listed) {
-    if (listed.empty()) {
-        throw std::invalid_argument("a list of pairs has none; expected one or more");
-    }
     for (const auto& [first, second] : listed) {
         if (first >= second || second >= materials) {
             throw std::invalid_argument(
@@ -32,21 +29,17 @@ void require_pairs(std::uint32_t materials, std::span<const MaterialPair> listed
 
 }  // namespace
 
-PairList::PairList(std::uint32_t materials) : starts_(std::size_t{materials} + 1) {
-    for (std::uint32_t first = 0; first < materials; ++first) {
-        starts_[first + 1] = starts_[first] + (materials - 1 - first);
-    }
-}
-
 PairList::PairList(std::uint32_t materials, std::span<const MaterialPair> listed)
-    : PairList(materials) {
+    : starts_(std::size_t{materials} + 1) {
     require_pairs(materials, listed);
-    if (listed.size() == size()) {
-        return;
+    const std::size_t all = materials < 2 ? 0 : std::size_t{materials} * (materials - 1) / 2;
+    if (listed.size() < all) {
+        listed_ = listed;
     }
-    listed_ = listed;
-    std::ranges::fill(starts_, std::size_t{0});
-    for (const auto& pair : listed) {
+    for (std::uint32_t first = 0; is_all() && first < materials; ++first) {
+        starts_[first + 1] = materials - 1 - first;
+    }
+    for (const auto& pair : listed_) {
         ++starts_[pair.first + 1];
     }
     std::partial_sum(starts_.begin(), starts_.end(), starts_.begin());

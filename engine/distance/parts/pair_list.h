@@ -14,13 +14,10 @@ using MaterialPair = std::pair<std::uint32_t, std::uint32_t>;
 /// (0,2) … (1,2) …, or those of a list.
 class PairList {
   public:
-    /// All pairs of so many materials.
-    explicit PairList(std::uint32_t materials);
-
-    /// Those of the list, which outlives this; a list of all is as good as none. Throws
-    /// std::invalid_argument unless it has a pair, and they are of these materials, first < second,
-    /// ascending and each there once.
-    PairList(std::uint32_t materials, std::span<const MaterialPair> listed);
+    /// Of so many materials, those of the list, which outlives this; without one all, as of a list
+    /// of all. Throws std::invalid_argument unless the list's are pairs of these materials,
+    /// first < second, ascending and each there once.
+    explicit PairList(std::uint32_t materials, std::span<const MaterialPair> listed = {});
 
     std::uint32_t materials() const { return static_cast<std::uint32_t>(starts_.size()) - 1; }
     std::size_t size() const { return starts_.back(); }

@@ -5,12 +5,18 @@
 
 namespace merl::engine {
 
-PairTiles PairTiles::best(std::uint32_t materials, const Metric& metric,
+PairTiles PairTiles::covering(const PairList& pairs, std::uint32_t side) {
+    const std::uint32_t of_tile = pairs.is_all() ? side : 1;
+    return {
+        .pairs = &pairs, .side = of_tile, .across = (pairs.materials() + of_tile - 1) / of_tile};
+}
+
+PairTiles PairTiles::best(const PairList& pairs, const Metric& metric,
                           const device::TileSides& largest) {
     if (!metric.has_degree()) {
         // One pair after the other: the side only cuts the work into workgroups.
         constexpr std::uint32_t kSide = 10;
-        return covering(materials, kSide);
+        return covering(pairs, kSide);
     }
     const bool is_power = metric.header.degree < 1;
     // What fetching a texel costs, in evaluated pairs of texels. Measured on lavapipe; elsewhere it
@@ -19,11 +25,12 @@ PairTiles PairTiles::best(std::uint32_t materials, const Metric& metric,
     PairTiles best;
     double least = std::numeric_limits<double>::infinity();
     for (std::uint32_t side = 1;
-         side <= std::min(materials, is_power ? largest.power : largest.square); ++side) {
-        const auto tiles = covering(materials, side);
+         side <= std::min(pairs.materials(), is_power ? largest.power : largest.square); ++side) {
+        const auto tiles = covering(pairs, side);
         const double full = side * side + 2 * side * fetch;
         const double diagonal = side * (side - 1) / 2.0 + side * fetch;
-        const double cost = tiles.above_diagonal() * full + tiles.across * diagonal;
+        const double cost = static_cast<double>(tiles.above_diagonal()) * full +
+                            static_cast<double>(tiles.on_diagonal()) * diagonal;
         if (cost <= least) {
             least = cost;
             best = tiles;
@@ -32,9 +39,13 @@ PairTiles PairTiles::best(std::uint32_t materials, const Metric& metric,
     return best;
 }
 
-PairTiles::Place PairTiles::place_of(std::uint32_t tile) const {
+PairTiles::Place PairTiles::place_of(std::uint64_t tile) const {
+    if (!pairs->is_all()) {
+        const auto& [first, second] = pairs->listed()[tile];
+        return {first, second};
+    }
     if (tile >= above_diagonal()) {
-        const std::uint32_t on_diagonal = (tile - above_diagonal()) * side;
+        const auto on_diagonal = static_cast<std::uint32_t>(tile - above_diagonal()) * side;
         return {on_diagonal, on_diagonal};
     }
     std::uint32_t row = 0;
@@ -42,7 +53,19 @@ PairTiles::Place PairTiles::place_of(std::uint32_t tile) const {
         tile -= in_row;
         ++row;
     }
-    return {row * side, (row + 1 + tile) * side};
+    return {row * side, (row + 1 + static_cast<std::uint32_t>(tile)) * side};
+}
+
+std::size_t PairTiles::sum_index(std::size_t pair, std::uint32_t first,
+                                 std::uint32_t second) const {
+    if (!pairs->is_all()) {
+        return pair;
+    }
+    const std::size_t row = first / side;
+    const std::size_t column = second / side;
+    const std::size_t tile = row == column ? above_diagonal() + row
+                                           : row * (across - 1) - row * (row + 1) / 2 + column - 1;
+    return tile * pairs_of_tile() + std::size_t{first % side} * side + second % side;
 }
 
 }  // namespace merl::engine

@@ -27,10 +27,9 @@ void add_blocks(std::span<const float> parts, std::size_t blocks, std::vector<do
 
 }  // namespace
 
-PairTotals::PairTotals(const Metric& metric, std::uint32_t materials, const PairTiles& tiles,
-                       std::uint64_t grid_voxels, const Roundings& roundings)
+PairTotals::PairTotals(const Metric& metric, const PairTiles& tiles, std::uint64_t grid_voxels,
+                       const Roundings& roundings)
     : metric_(&metric),
-      materials_(materials),
       tiles_(tiles),
       grid_voxels_(grid_voxels),
       bound_(metric, grid_voxels, roundings),
@@ -53,30 +52,27 @@ void PairTotals::add(const PartialSums& sums, std::size_t blocks) {
 
 MetricDistances PairTotals::distances() const {
     MetricDistances result;
-    const std::size_t pairs = std::size_t{materials_} * (materials_ - 1) / 2;
-    result.values.reserve(pairs);
-    result.bounds.reserve(pairs);
-    for (std::uint32_t i = 0; i < materials_; ++i) {
-        for (std::uint32_t j = i + 1; j < materials_; ++j) {
-            const std::size_t at = tiles_.sum_index(i, j);
-            const double sum = differences_[at];
-            if (!std::isfinite(sum) && metric_->is_checked()) {
-                throw InputError(
-                    fmt::format("{}: the sum over the voxels is {} for materials {} and "
-                                "{}: beyond the range of float32",
-                                metric_->file, sum, i, j));
-            }
-            if (!std::isfinite(sum) || sum < 0) {
-                throw std::logic_error(fmt::format(
-                    "metric {}: the sum of materials {} and {} is {}", metric_->name, i, j, sum));
-            }
-            result.values.push_back(std::sqrt(sum / static_cast<double>(grid_voxels_)));
-            result.bounds.push_back(
-                bound_.distance(sum, {.norm_a = norms_.empty() ? 0 : norms_[i],
-                                      .norm_b = norms_.empty() ? 0 : norms_[j],
-                                      .slopes = slopes_.empty() ? 0 : slopes_[at]}));
+    result.values.reserve(tiles_.pairs->size());
+    result.bounds.reserve(tiles_.pairs->size());
+    tiles_.pairs->each([&](std::size_t pair, std::uint32_t i, std::uint32_t j) {
+        const std::size_t at = tiles_.sum_index(pair, i, j);
+        const double sum = differences_[at];
+        if (!std::isfinite(sum) && metric_->is_checked()) {
+            throw InputError(
+                fmt::format("{}: the sum over the voxels is {} for materials {} and "
+                            "{}: beyond the range of float32",
+                            metric_->file, sum, i, j));
         }
-    }
+        if (!std::isfinite(sum) || sum < 0) {
+            throw std::logic_error(fmt::format("metric {}: the sum of materials {} and {} is {}",
+                                               metric_->name, i, j, sum));
+        }
+        result.values.push_back(std::sqrt(sum / static_cast<double>(grid_voxels_)));
+        result.bounds.push_back(
+            bound_.distance(sum, {.norm_a = norms_.empty() ? 0 : norms_[i],
+                                  .norm_b = norms_.empty() ? 0 : norms_[j],
+                                  .slopes = slopes_.empty() ? 0 : slopes_[at]}));
+    });
     return result;
 }
 

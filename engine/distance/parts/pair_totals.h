@@ -11,7 +11,7 @@
 namespace merl::engine {
 
 /// The distance, E of Ryman 2018, equation 4.20, or that of the features of a summary, for each
-/// pair (0,1), (0,2) … (1,2) … of materials under one metric.
+/// pair of materials that is computed, in the order of its PairList, under one metric.
 struct MetricDistances {
     std::vector<double> values;
     /// How far each can be from the exact value (error_bound.h); infinite where no bound is known.
@@ -34,10 +34,10 @@ struct PartialSums {
 /// The float64 totals of one metric over all blocks so far, and the distances that they make.
 class PairTotals {
   public:
-    /// For a database of `grid_voxels` voxels and so many materials; tiles may have more.
-    /// `roundings` are those of the partial sums.
-    PairTotals(const Metric& metric, std::uint32_t materials, const PairTiles& tiles,
-               std::uint64_t grid_voxels, const Roundings& roundings);
+    /// For a database of `grid_voxels` voxels; tiles may have more materials. `roundings` are those
+    /// of the partial sums.
+    PairTotals(const Metric& metric, const PairTiles& tiles, std::uint64_t grid_voxels,
+               const Roundings& roundings);
 
     /// Bytes of memory that this takes.
     static std::uint64_t bytes(const Metric& metric, const PairTiles& tiles);
@@ -50,7 +50,6 @@ class PairTotals {
 
   private:
     const Metric* metric_;
-    std::uint32_t materials_;
     PairTiles tiles_;
     std::uint64_t grid_voxels_;
     ErrorBound bound_;

@@ -223,18 +223,15 @@ double distance_of(const Metric& metric, std::span<const double> features, std::
 }
 
 MetricDistances distances_between(const Metric& metric, const Evaluated& evaluated,
-                                  std::vector<WindowMean> means,
+                                  std::vector<WindowMean> means, const PairList& pairs,
                                   std::span<const std::string> materials) {
     constexpr double kRounding = 1e-14;  // of the root of the sum of 64 squares, relative
-    const auto& [features, errors] = evaluated;
     MetricDistances result;
-    for (std::size_t a = 0; a < materials.size(); ++a) {
-        for (std::size_t b = a + 1; b < materials.size(); ++b) {
-            const double distance = distance_of(metric, features, a, b, materials);
-            result.values.push_back(distance);
-            result.bounds.push_back(errors[a] + errors[b] + kRounding * distance);
-        }
-    }
+    pairs.each([&](std::size_t /*place*/, std::uint32_t a, std::uint32_t b) {
+        const double distance = distance_of(metric, evaluated.features, a, b, materials);
+        result.values.push_back(distance);
+        result.bounds.push_back(evaluated.errors[a] + evaluated.errors[b] + kRounding * distance);
+    });
     result.means = std::move(means);
     return result;
 }
@@ -297,16 +294,16 @@ Features twin_features(const Metric& metric) {
 }
 
 MetricDistances summary_distances(const Metric& metric, std::vector<WindowMean> means,
-                                  std::span<const std::string> materials) {
+                                  const PairList& pairs, std::span<const std::string> materials) {
     const auto evaluated = evaluate(metric, means, materials);
-    return distances_between(metric, evaluated, std::move(means), materials);
+    return distances_between(metric, evaluated, std::move(means), pairs, materials);
 }
 
 MetricDistances estimated_summary_distances(const Metric& metric, std::vector<WindowMean> means,
-                                            const Features& features,
+                                            const Features& features, const PairList& pairs,
                                             std::span<const std::string> materials) {
     const auto evaluated = estimate(metric, means, features, materials);
-    return distances_between(metric, evaluated, std::move(means), materials);
+    return distances_between(metric, evaluated, std::move(means), pairs, materials);
 }
 
 std::vector<double> summary_values(const Metric& metric, std::span<const WindowMean> means,
@@ -321,11 +318,10 @@ std::vector<double> summary_values(const Metric& metric, std::span<const WindowM
                        means.subspan(m * windows, windows));
     }
     std::vector<double> distances;
-    for (std::size_t a = 0; a < materials.size(); ++a) {
-        for (std::size_t b = a + 1; b < materials.size(); ++b) {
+    PairList(static_cast<std::uint32_t>(materials.size()))
+        .each([&](std::size_t /*place*/, std::uint32_t a, std::uint32_t b) {
             distances.push_back(distance_of(metric, found, a, b, materials));
-        }
-    }
+        });
     return distances;
 }
 

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "engine/database/database.h"
+#include "engine/distance/parts/pair_list.h"
 #include "engine/distance/parts/pair_totals.h"
 #include "engine/metric/metric.h"
 
@@ -48,11 +49,12 @@ class WindowTotals {
     std::vector<Total> totals_;  // [material][window]
 };
 
-/// The distances between the features of the means, [material][window], by the metric's twin: the
-/// same bits whatever engine summed. `bounds` are proven (docs/numerics.md). Throws InputError
-/// where a feature or a distance is NaN or infinite, which names the material as the database does.
+/// The distances of pairs between the features of the means, [material][window], by the metric's
+/// twin: the same bits whatever engine summed. `bounds` are proven (docs/numerics.md). Throws
+/// InputError where a feature or a distance is NaN or infinite, which names the material as the
+/// database does.
 MetricDistances summary_distances(const Metric& metric, std::vector<WindowMean> means,
-                                  std::span<const std::string> materials);
+                                  const PairList& pairs, std::span<const std::string> materials);
 
 /// Evaluates the features of some rows of means, [row][window], as [row][feature].
 using Features = std::function<void(std::span<const WindowMean> means, std::span<double> features)>;
@@ -60,7 +62,7 @@ using Features = std::function<void(std::span<const WindowMean> means, std::span
 /// The same of a metric without a twin, whose features something else evaluates. `bounds` are
 /// estimates. Throws likewise.
 MetricDistances estimated_summary_distances(const Metric& metric, std::vector<WindowMean> means,
-                                            const Features& features,
+                                            const Features& features, const PairList& pairs,
                                             std::span<const std::string> materials);
 
 /// The most rows that are evaluated at a time for that.
@@ -69,8 +71,8 @@ std::size_t most_rows(const Metric& metric);
 /// By the metric's twin, on the thread that asks.
 Features twin_features(const Metric& metric);
 
-/// The same distances without bounds, by whatever evaluates features: what a search for parameters
-/// takes, again and again. Throws likewise.
+/// The distances of all pairs without bounds, by whatever evaluates features: what a search for
+/// parameters takes, again and again. Throws likewise.
 std::vector<double> summary_values(const Metric& metric, std::span<const WindowMean> means,
                                    const Features& features,
                                    std::span<const std::string> materials);

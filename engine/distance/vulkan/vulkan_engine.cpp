@@ -19,15 +19,14 @@ namespace {
 
 /// A slab in flight: its buffers, and the commands that work on them.
 struct Slot {
-    Slot(device::Context& context, const DeviceExtent& extent,
-         std::span<const VulkanMetric> metrics, std::span<VulkanSummary> summaries,
-         ScratchBuffers& scratch)
+    Slot(device::Context& context, const DeviceExtent& extent, std::span<VulkanMetric> metrics,
+         std::span<VulkanSummary> summaries, ScratchBuffers& scratch)
         : submission(context,
                      static_cast<std::uint32_t>(1 + 2 * (metrics.size() + summaries.size()))) {
         if (context.limits().floats.float64) {
             buffers.emplace(context, extent);
         }
-        for (const auto& metric : metrics) {
+        for (auto& metric : metrics) {
             products.emplace_back(context, metric, buffers ? &*buffers : nullptr, scratch);
         }
         for (auto& summary : summaries) {
@@ -49,7 +48,7 @@ class VulkanWork final : public EngineWork {
     VulkanWork(device::Context& context, std::span<const Metric* const> metrics,
                const Extent& extent, const WorkSite& site)
         : context_(context),
-          extent_{extent.materials, extent.slab_blocks, context.limits().tiles},
+          extent_{extent.pairs, extent.slab_blocks, context.limits().tiles},
           scratch_(context, extent_, metrics),
           site_(site),
           all_(metrics.begin(), metrics.end()),
@@ -118,8 +117,8 @@ class VulkanWork final : public EngineWork {
             s.upload(slot.buffers->samples, slot.buffers->samples.bytes());
             s.upload(slot.buffers->geometry, slot.buffers->geometry.bytes());
         }
-        for (const auto& products : slot.products) {
-            VulkanMetric::upload(s, products);
+        for (std::size_t m = 0; m < metrics_.size(); ++m) {
+            metrics_[m].upload(s, slot.products[m]);
         }
         s.mark();
         device::PacedWork work(s);
@@ -252,8 +251,8 @@ class VulkanEngine final : public Engine {
     }
 
     EngineNeeds needs(std::span<const Metric* const> metrics,
-                      std::uint32_t materials) const override {
-        return device_needs(context_.limits(), metrics, materials);
+                      const PairList& pairs) const override {
+        return device_needs(context_.limits(), metrics, pairs);
     }
 
     Features features(const Metric& metric, const std::function<void()>& meanwhile) override {

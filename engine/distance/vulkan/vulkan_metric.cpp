@@ -37,10 +37,10 @@ struct PreparePush {
     std::uint32_t blocks, materials, padded_materials, voxel_count;
 };
 struct CheckPush {
-    std::uint32_t step, tiles_across, materials, groups;
+    std::uint32_t step, padded_materials, materials, groups;
 };
 struct TilesPush {
-    std::uint32_t tiles_across, materials;
+    std::uint32_t padded_materials, materials, tile_count, first_tile;
 };
 
 /// What making the grid of a block of a material takes, in float32 operations: some 64 a sample in
@@ -71,15 +71,16 @@ Kernel make_kernel(Context& context, const Metric& metric, const char* stage,
                             .one_subgroup = false}};
 }
 
-/// A kernel that gives a subgroup to each tile of pairs or to each material.
+/// A kernel that gives a subgroup to each tile of pairs, or to a row of one, or to each material.
 Kernel make_subgroup_kernel(Context& context, const Metric& metric, const char* stage,
-                            std::span<const std::uint32_t> spirv, const PairTiles& tiles,
+                            std::span<const std::uint32_t> spirv, std::vector<Binding> bindings,
+                            const PairTiles& tiles, std::uint32_t push_bytes,
                             bool diagonal = false) {
     return {context, fmt::format("{} {}", metric.name, stage), spirv,
             Kernel::Options{
-                .bindings = {kTexels, kStorage},
+                .bindings = std::move(bindings),
                 .constants = {context.limits().subgroup_size, diagonal ? 1U : 0U, tiles.side},
-                .push_bytes = sizeof(TilesPush),
+                .push_bytes = push_bytes,
                 .one_subgroup = true}};
 }
 
@@ -91,11 +92,11 @@ Buffer download(Context& context, std::uint64_t bytes) {
     return {context, bytes, Traffic::download};
 }
 
-[[noreturn]] void refuse_materials(const device::Limits& limits, std::uint32_t materials) {
+[[noreturn]] void refuse_pairs(const device::Limits& limits, const PairList& pairs) {
     throw Error(Fault::device,
-                fmt::format("{} materials are more than this device can pair: its largest dispatch "
-                            "is {} x {} workgroups",
-                            materials, limits.groups_x, limits.groups_y));
+                fmt::format("{} pairs of {} materials are more than this device can compute: its "
+                            "largest dispatch is {} x {} workgroups",
+                            pairs.size(), pairs.materials(), limits.groups_x, limits.groups_y));
 }
 
 /// The most bytes of a buffer that any of the metrics needs.
@@ -144,14 +145,20 @@ std::uint64_t DeviceExtent::sums_bytes(const Metric& metric) const {
     return std::uint64_t{slab_blocks} * cut.count() * cut.pairs_of_tile() * sizeof(float);
 }
 
+std::uint64_t DeviceExtent::places_bytes(const Metric& metric) const {
+    return tiles_of(metric).count() * sizeof(PairTiles::Place);
+}
+
 EngineNeeds device_needs(const device::Limits& limits, std::span<const Metric* const> metrics,
-                         std::uint32_t materials) {
-    const DeviceExtent block = {.materials = materials, .slab_blocks = 1, .tiles = limits.tiles};
+                         const PairList& pairs) {
+    const std::uint32_t materials = pairs.materials();
+    const DeviceExtent block = {.pairs = &pairs, .slab_blocks = 1, .tiles = limits.tiles};
     EngineNeeds needs = {.cached = limits.is_host};
     const bool makes_grids = limits.floats.float64;
     std::uint64_t largest = 0;  // buffer
     std::uint64_t shared = 0;
     std::uint64_t ranges = 0;
+    std::uint64_t places = 0;
     std::uint64_t own = 0;  // of a metric, for all slabs
     std::uint64_t up = 0;   // of a slab in flight
     std::uint64_t down = 0;
@@ -164,7 +171,7 @@ EngineNeeds device_needs(const device::Limits& limits, std::span<const Metric* c
             const auto weights = VulkanSummary::weights_bytes(block, *metric);
             const auto sums = VulkanSummary::sums_bytes(block, *metric);
             if (materials > limits.groups_x) {
-                refuse_materials(limits, materials);
+                refuse_pairs(limits, pairs);
             }
             own += weights;
             down += VulkanSummary::parts_bytes(block, *metric) + sums;
@@ -174,9 +181,9 @@ EngineNeeds device_needs(const device::Limits& limits, std::span<const Metric* c
         }
         const auto tiles = block.tiles_of(*metric);
         const auto groups =
-            std::uint64_t{tiles.count()} * (metric->has_row_groups() ? tiles.side : 1);
+            tiles.count() * (metric->has_row_groups() ? tiles.side : std::uint64_t{1});
         if (groups > limits.groups_x || tiles.padded_materials() > limits.groups_y) {
-            refuse_materials(limits, materials);
+            refuse_pairs(limits, pairs);
         }
         const auto sums = block.sums_bytes(*metric);
         const auto grid = block.grid_bytes(*metric);
@@ -188,7 +195,8 @@ EngineNeeds device_needs(const device::Limits& limits, std::span<const Metric* c
         }
         ranges = std::max(ranges, block.ranges_bytes(*metric));
         down += (metric->has_slopes() ? 2 : 1) * sums + block.norms_bytes(*metric);
-        largest = std::max({largest, grid, sums});
+        places += block.places_bytes(*metric);
+        largest = std::max({largest, grid, sums, block.places_bytes(*metric)});
         needs.fixed_bytes += PairTotals::bytes(*metric, tiles);
     }
     const auto most_bytes = std::min({limits.storage_buffer_bytes, limits.allocation_bytes,
@@ -199,19 +207,20 @@ EngineNeeds device_needs(const device::Limits& limits, std::span<const Metric* c
                                 materials, largest, most_bytes));
     }
     const std::uint64_t on_device = 2 * (up + down) + shared + ranges + own;
+    needs.fixed_bytes += (limits.stages_uploads ? 2 : 1) * places;
     needs.block_bytes +=
         on_device + (limits.stages_uploads ? 2 * up : 0) + (limits.stages_downloads ? 2 * down : 0);
-    if (on_device > limits.free_bytes) {
+    if (places + on_device > limits.free_bytes) {
         throw Error(Fault::device,
                     fmt::format("{} materials need {:.1f} MiB of this device's memory, and {:.1f} "
                                 "of its {:.1f} are free",
-                                materials, static_cast<double>(on_device) / 1048576.0,
+                                materials, static_cast<double>(places + on_device) / 1048576.0,
                                 static_cast<double>(limits.free_bytes) / 1048576.0,
                                 static_cast<double>(limits.heap_bytes) / 1048576.0));
     }
     // weigh.comp has the most groups along x, and the kernels of pairs a row of groups for a block.
-    needs.most_blocks = std::min(
-        {most_bytes / largest, limits.free_bytes / on_device, std::uint64_t{limits.groups_y}});
+    needs.most_blocks = std::min({most_bytes / largest, (limits.free_bytes - places) / on_device,
+                                  std::uint64_t{limits.groups_y}});
     if (makes_grids) {
         needs.most_blocks =
             std::min(needs.most_blocks, std::uint64_t{limits.groups_x} / (kBlockVoxels / kLanes));
@@ -255,34 +264,44 @@ VulkanMetric::VulkanMetric(Context& context, const DeviceExtent& extent, const M
     : metric_(&metric),
       extent_(extent),
       tiles_(extent.tiles_of(metric)),
-      totals_(metric, extent.materials, tiles_, grid_voxels,
-              shader_roundings(context.limits().floats)),
+      totals_(metric, tiles_, grid_voxels, shader_roundings(context.limits().floats)),
+      places_(context, extent.places_bytes(metric), Traffic::upload),
       grid_budget_(context.info(), grid_operations(metric)),
       pair_budget_(context.info(), pair_operations(metric)),
       weights_(context.limits().floats.float64 ? 0 : extent.slab_blocks) {
+    const auto places = places_.host_as<PairTiles::Place>();
+    for (std::size_t tile = 0; tile < places.size(); ++tile) {
+        places[tile] = tiles_.place_of(tile);
+    }
+    const auto of_tiles = [&](const char* stage, std::span<const std::uint32_t> code,
+                              bool diagonal = false) {
+        return make_subgroup_kernel(context, metric, stage, code, {kTexels, kStorage, kStorage},
+                                    tiles_, sizeof(TilesPush), diagonal);
+    };
+    const auto of_materials = [&](const char* stage, std::span<const std::uint32_t> code) {
+        return make_subgroup_kernel(context, metric, stage, code, {kTexels, kStorage}, tiles_, 0);
+    };
+    const bool has_diagonal = tiles_.on_diagonal() > 0;
     // Drivers take longer than anything else here, and use one thread for a kernel.
     tbb::parallel_invoke(
+        [&] { difference_ = of_tiles("difference", spirv.difference); },
         [&] {
-            difference_ =
-                make_subgroup_kernel(context, metric, "difference", spirv.difference, tiles_);
-        },
-        [&] {
-            if (metric.has_degree()) {
-                diagonal_difference_ = make_subgroup_kernel(context, metric, "diagonal difference",
-                                                            spirv.difference, tiles_, true);
+            if (metric.has_degree() && has_diagonal) {
+                diagonal_difference_ = of_tiles("diagonal difference", spirv.difference, true);
             }
         },
         [&] {
             if (metric.has_slopes()) {
-                range_ = make_subgroup_kernel(context, metric, "ranges", spirv.ranges, tiles_);
-                slope_ = make_subgroup_kernel(context, metric, "slopes", spirv.slopes, tiles_);
-                diagonal_slope_ = make_subgroup_kernel(context, metric, "diagonal slopes",
-                                                       spirv.slopes, tiles_, true);
+                range_ = of_materials("ranges", spirv.ranges);
+                slope_ = of_tiles("slopes", spirv.slopes);
+                if (has_diagonal) {
+                    diagonal_slope_ = of_tiles("diagonal slopes", spirv.slopes, true);
+                }
             }
         },
         [&] {
             if (metric.has_norms()) {
-                norm_ = make_subgroup_kernel(context, metric, "norms", spirv.norms, tiles_);
+                norm_ = of_materials("norms", spirv.norms);
             }
         },
         [&] {
@@ -296,17 +315,14 @@ VulkanMetric::VulkanMetric(Context& context, const DeviceExtent& extent, const M
         },
         [&] {
             if (metric.is_checked()) {
-                check_ = {
-                    context, fmt::format("{} check", metric.name), spirv.check,
-                    Kernel::Options{.bindings = {kTexels, kTexels, kStorage},
-                                    .constants = {context.limits().subgroup_size, 0, tiles_.side},
-                                    .push_bytes = sizeof(CheckPush),
-                                    .one_subgroup = true}};
+                check_ = make_subgroup_kernel(context, metric, "check", spirv.check,
+                                              {kTexels, kTexels, kStorage, kStorage}, tiles_,
+                                              sizeof(CheckPush));
             }
         });
 }
 
-VulkanMetric::Products::Products(Context& context, const VulkanMetric& work, SlabBuffers* slab,
+VulkanMetric::Products::Products(Context& context, VulkanMetric& work, SlabBuffers* slab,
                                  ScratchBuffers& scratch)
     : sums_(download(context, work.extent_.sums_bytes(*work.metric_))) {
     if (work.weigh_) {
@@ -319,9 +335,10 @@ VulkanMetric::Products::Products(Context& context, const VulkanMetric& work, Sla
         std::ranges::fill(grid_->host(), std::byte{0});  // materials that fill up the last tile
     }
     Buffer& grid = grid_ ? *grid_ : *scratch.grid;
-    difference_ = bind(context, *work.difference_, {&grid, &sums_});
+    difference_ = bind(context, *work.difference_, {&grid, &sums_, &work.places_});
     if (work.diagonal_difference_) {
-        diagonal_difference_ = bind(context, *work.diagonal_difference_, {&grid, &sums_});
+        diagonal_difference_ =
+            bind(context, *work.diagonal_difference_, {&grid, &sums_, &work.places_});
     }
     if (work.norm_) {
         norms_ = download(context, work.extent_.norms_bytes(*work.metric_));
@@ -330,12 +347,15 @@ VulkanMetric::Products::Products(Context& context, const VulkanMetric& work, Sla
     if (work.slope_) {
         slopes_ = download(context, work.extent_.sums_bytes(*work.metric_));
         range_ = bind(context, *work.range_, {&grid, &*scratch.ranges});
-        slope_ = bind(context, *work.slope_, {&*scratch.ranges, &*slopes_});
-        diagonal_slope_ = bind(context, *work.diagonal_slope_, {&*scratch.ranges, &*slopes_});
+        slope_ = bind(context, *work.slope_, {&*scratch.ranges, &*slopes_, &work.places_});
+    }
+    if (work.diagonal_slope_) {
+        diagonal_slope_ =
+            bind(context, *work.diagonal_slope_, {&*scratch.ranges, &*slopes_, &work.places_});
     }
     if (work.check_) {
         finding_ = download(context, sizeof(Finding));
-        check_ = bind(context, *work.check_, {&grid, &*scratch.weights, &*finding_});
+        check_ = bind(context, *work.check_, {&grid, &*scratch.weights, &*finding_, &work.places_});
     }
 }
 
@@ -359,7 +379,8 @@ void VulkanMetric::make_grid(const Products& products, const Slab& slab, std::si
     }
 }
 
-void VulkanMetric::upload(device::Submission& submission, const Products& products) {
+void VulkanMetric::upload(device::Submission& submission, const Products& products) const {
+    submission.upload(places_, places_.bytes());
     if (products.grid_) {
         submission.upload(*products.grid_, products.grid_->bytes());
     }
@@ -370,7 +391,12 @@ void VulkanMetric::record(PacedWork& work, Products& products, std::uint32_t vox
     auto& submission = work.submission;
     const std::uint32_t slab_voxels = blocks * kBlockVoxels;
     const std::uint32_t padded = tiles_.padded_materials();
-    const TilesPush tiles = {tiles_.across, extent_.materials};
+    // As many as there are workgroups in a dispatch at most: device_needs().
+    const auto above_diagonal = static_cast<std::uint32_t>(tiles_.above_diagonal());
+    const auto on_diagonal = static_cast<std::uint32_t>(tiles_.on_diagonal());
+    const std::uint32_t count = above_diagonal + on_diagonal;
+    const TilesPush all = {padded, extent_.materials(), count, 0};
+    const TilesPush from_diagonal = {padded, extent_.materials(), count, above_diagonal};
     products.grid_units_ = 0;
     products.pair_units_ = 0;
     const auto grid_work = [&](double units_of_group) -> PacedWork::Share {
@@ -379,44 +405,48 @@ void VulkanMetric::record(PacedWork& work, Products& products, std::uint32_t vox
     const auto pair_work = [&](double units_of_group) -> PacedWork::Share {
         return {units_of_group, pair_budget_, products.pair_units_};
     };
-    const auto pairs = [&](BoundKernel& above_diagonal, BoundKernel& diagonal, double of_pair) {
+    const auto pairs = [&](std::optional<BoundKernel>& above, std::optional<BoundKernel>& diagonal,
+                           double of_pair) {
         const auto of_tile = of_pair * static_cast<double>(tiles_.pairs_of_tile());
-        if (tiles_.above_diagonal() > 0) {
-            work.dispatch(above_diagonal, bytes_of(tiles), tiles_.above_diagonal(), blocks,
-                          pair_work(of_tile));
+        if (above_diagonal > 0) {
+            work.dispatch(*above, bytes_of(all), above_diagonal, blocks, pair_work(of_tile));
         }
-        work.dispatch(diagonal, bytes_of(tiles), tiles_.across, blocks, pair_work(of_tile / 2));
+        if (on_diagonal > 0) {
+            work.dispatch(*diagonal, bytes_of(from_diagonal), on_diagonal, blocks,
+                          pair_work(of_tile / 2));
+        }
     };
     if (!products.grid_) {
         constexpr std::uint32_t kGroupsOfBlock = kBlockVoxels / kLanes;
         work.dispatch(*products.weigh_, bytes_of(WeighPush{voxels}), slab_voxels / kLanes, 1,
                       grid_work(1.0 / kGroupsOfBlock));
-        work.dispatch(*products.prepare_,
-                      bytes_of(PreparePush{extent_.slab_blocks, extent_.materials, padded, voxels}),
-                      slab_voxels / kCellVoxels / kLanes, padded,
-                      grid_work(1.0 * kCellVoxels / kGroupsOfBlock));
+        work.dispatch(
+            *products.prepare_,
+            bytes_of(PreparePush{extent_.slab_blocks, extent_.materials(), padded, voxels}),
+            slab_voxels / kCellVoxels / kLanes, padded,
+            grid_work(1.0 * kCellVoxels / kGroupsOfBlock));
     }
     if (products.norm_) {  // as much as a pair, which is a small part of making the grid
-        work.dispatch_whole(*products.norm_, bytes_of(tiles), padded, blocks, grid_work(1.0 / 64));
+        work.dispatch_whole(*products.norm_, {}, padded, blocks, grid_work(1.0 / 64));
         submission.download(*products.norms_, products.norms_->bytes());
     }
     submission.mark();
     if (products.slope_) {
-        work.dispatch_whole(*products.range_, bytes_of(tiles), padded, blocks, pair_work(1));
-        pairs(*products.slope_, *products.diagonal_slope_, 1.0 / 16);
+        work.dispatch_whole(*products.range_, {}, padded, blocks, pair_work(1));
+        pairs(products.slope_, products.diagonal_slope_, 1.0 / 16);
         submission.download(*products.slopes_, products.slopes_->bytes());
     }
-    const std::uint32_t rows = tiles_.count() * tiles_.side;  // of all tiles
-    if (products.diagonal_difference_) {
-        pairs(*products.difference_, *products.diagonal_difference_, 1);
+    const std::uint32_t rows = count * tiles_.side;  // of all tiles
+    if (metric_->has_degree()) {
+        pairs(products.difference_, products.diagonal_difference_, 1);
     } else {
-        work.dispatch(*products.difference_, bytes_of(tiles), rows, blocks, pair_work(tiles_.side));
+        work.dispatch(*products.difference_, bytes_of(all), rows, blocks, pair_work(tiles_.side));
     }
     submission.download(products.sums_, products.sums_.bytes());
     if (products.check_) {
         for (std::uint32_t step = 0; step < 3; ++step) {
             work.dispatch(*products.check_,
-                          bytes_of(CheckPush{step, tiles_.across, extent_.materials, rows}),
+                          bytes_of(CheckPush{step, padded, extent_.materials(), rows}),
                           step == 1 ? rows : 1, step == 1 ? blocks : 1, pair_work(tiles_.side));
         }
         submission.download(*products.finding_, sizeof(Finding));

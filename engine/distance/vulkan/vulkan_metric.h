@@ -26,12 +26,13 @@ Roundings shader_roundings(const device::FloatControls& floats);
 
 /// How much the device holds at a time.
 struct DeviceExtent {
-    std::uint32_t materials = 0;
+    const PairList* pairs = nullptr;
     std::uint32_t slab_blocks = 0;
     device::TileSides tiles = {};  // of the device
 
+    std::uint32_t materials() const { return pairs->materials(); }
     PairTiles tiles_of(const Metric& metric) const {
-        return PairTiles::best(materials, metric, tiles);
+        return PairTiles::best(*pairs, metric, tiles);
     }
 
     std::uint64_t slab_voxels() const { return std::uint64_t{slab_blocks} * kBlockVoxels; }
@@ -40,19 +41,20 @@ struct DeviceExtent {
     // for each slab in flight, sums and norms for each metric and slab in flight (sums twice where
     // there are slopes); weights, grid and ranges are shared by all. Without float64 on the device
     // there are no samples, geometry and weights there, and a grid for each metric and slab in
-    // flight.
-    std::uint64_t samples_bytes() const { return slab_voxels() * materials * 3 * sizeof(double); }
+    // flight. The places of a metric's tiles are there once, however large slabs are.
+    std::uint64_t samples_bytes() const { return slab_voxels() * materials() * 3 * sizeof(double); }
     std::uint64_t geometry_bytes() const { return slab_voxels() * sizeof(Voxel); }
     std::uint64_t weights_bytes() const { return slab_voxels() * sizeof(double); }
     std::uint64_t grid_bytes(const Metric& metric) const;
     std::uint64_t ranges_bytes(const Metric& metric) const;
     std::uint64_t norms_bytes(const Metric& metric) const;
     std::uint64_t sums_bytes(const Metric& metric) const;
+    std::uint64_t places_bytes(const Metric& metric) const;
 };
 
 /// What the metrics need of a device with these limits: EngineNeeds as Engine::needs() has them.
 EngineNeeds device_needs(const device::Limits& limits, std::span<const Metric* const> metrics,
-                         std::uint32_t materials);
+                         const PairList& pairs);
 
 /// A slab in flight, as it was read.
 struct SlabBuffers {
@@ -87,7 +89,7 @@ class VulkanMetric {
     class Products {
       public:
         /// `slab` is there where the device makes the grids.
-        Products(device::Context& context, const VulkanMetric& work, SlabBuffers* slab,
+        Products(device::Context& context, VulkanMetric& work, SlabBuffers* slab,
                  ScratchBuffers& scratch);
 
       private:
@@ -112,8 +114,8 @@ class VulkanMetric {
     void make_grid(const Products& products, const Slab& slab, std::size_t material,
                    std::span<const BlockSamples> blocks) const;
 
-    /// The grid, where the host makes it; before record().
-    static void upload(device::Submission& submission, const Products& products);
+    /// The places of the tiles, and the grid where the host makes it; before record().
+    void upload(device::Submission& submission, const Products& products) const;
 
     /// Records everything for a slab of `voxels` voxels, filled up to `blocks` blocks. Marks twice:
     /// after the grid is made, and after the differences.
@@ -140,6 +142,7 @@ class VulkanMetric {
     DeviceExtent extent_;
     PairTiles tiles_;
     PairTotals totals_;
+    device::Buffer places_;              // of the tiles, PairTiles::Place [tile]
     device::WorkBudget grid_budget_;     // in blocks of a material
     device::WorkBudget pair_budget_;     // in blocks of a pair
     std::vector<BlockWeights> weights_;  // where the host makes the grids

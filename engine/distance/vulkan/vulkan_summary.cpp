@@ -133,7 +133,7 @@ std::uint64_t VulkanSummary::parts_bytes(const DeviceExtent& extent, const Metri
 }
 
 std::uint64_t VulkanSummary::sums_bytes(const DeviceExtent& extent, const Metric& metric) {
-    return std::uint64_t{extent.slab_blocks} * extent.materials * windows_of(metric) *
+    return std::uint64_t{extent.slab_blocks} * extent.materials() * windows_of(metric) *
            sizeof(WindowSum);
 }
 
@@ -152,7 +152,7 @@ VulkanSummary::VulkanSummary(Context& context, const DeviceExtent& extent, const
     : context_(&context),
       metric_(&metric),
       extent_(extent),
-      totals_(metric, extent.materials),
+      totals_(metric, extent.materials()),
       has_voxel_(windows_of(metric)),
       budget_(context.info(), kBlockVoxels * operations(metric)),
       weights_(context, weights_bytes(extent, metric), Traffic::none, Texels::words),
@@ -190,8 +190,9 @@ void VulkanSummary::record(PacedWork& work, Products& products, std::uint32_t vo
                   groups_of(std::size_t{blocks} * windows), 1, share(kLanes / 16.0));
     work.submission.download(products.parts_, products.parts_.bytes());
     work.submission.mark();
-    work.dispatch(products.window_sums_, bytes_of(SumsPush{extent_.slab_blocks, extent_.materials}),
-                  extent_.materials, blocks, share(windows / 16.0));
+    work.dispatch(products.window_sums_,
+                  bytes_of(SumsPush{extent_.slab_blocks, extent_.materials()}), extent_.materials(),
+                  blocks, share(windows / 16.0));
     work.submission.download(products.sums_, products.sums_.bytes());
     work.submission.mark();
 }
@@ -218,8 +219,8 @@ std::optional<VulkanSummary::BadWeight> VulkanSummary::add(const Products& produ
         const std::size_t block = at / windows;
         const std::size_t window = at % windows;
         has_voxel_[window] = true;
-        for (std::size_t m = 0; m < extent_.materials; ++m) {
-            totals_.add(m, window, sums[(block * extent_.materials + m) * windows + window]);
+        for (std::size_t m = 0; m < extent_.materials(); ++m) {
+            totals_.add(m, window, sums[(block * extent_.materials() + m) * windows + window]);
         }
     }
     return std::nullopt;
@@ -233,11 +234,10 @@ MetricDistances VulkanSummary::distances(const WorkSite& site, bool is_trial) {
         // Made-up materials, on a grid where a window may be empty: nobody asks for numbers. But
         // features have to end.
         auto means = totals_.means();
-        std::vector<double> found(std::size_t{extent_.materials} * metric_->header.features);
+        std::vector<double> found(std::size_t{extent_.materials()} * metric_->header.features);
         on_device(means, found);
-        const std::size_t pairs = std::size_t{extent_.materials} * (extent_.materials - 1) / 2;
-        return {.values = std::vector<double>(pairs),
-                .bounds = std::vector<double>(pairs),
+        return {.values = std::vector<double>(extent_.pairs->size()),
+                .bounds = std::vector<double>(extent_.pairs->size()),
                 .means = std::move(means)};
     }
     std::vector<std::string> empty;
@@ -248,9 +248,10 @@ MetricDistances VulkanSummary::distances(const WorkSite& site, bool is_trial) {
     }
     refuse_empty_windows(*metric_, empty, site.database.grid());
     if (metric_->has_twin()) {
-        return summary_distances(*metric_, totals_.means(), site.database.materials());
+        return summary_distances(*metric_, totals_.means(), *extent_.pairs,
+                                 site.database.materials());
     }
-    return estimated_summary_distances(*metric_, totals_.means(), on_device,
+    return estimated_summary_distances(*metric_, totals_.means(), on_device, *extent_.pairs,
                                        site.database.materials());
 }
 

@@ -5,12 +5,14 @@
 
 #include "app/pipeline/metrics.h"
 #include "app/pipeline/pair_distances.h"
+#include "app/pipeline/refine.h"
 #include "app/pipeline/scan.h"
 #include "app/pipeline/score.h"
 #include "app/pipeline/spheres.h"
 #include "engine/database/memory_database.h"
 #include "engine/database/model_database.h"
 #include "engine/database/subset_database.h"
+#include "engine/distance/float64_distances.h"
 #include "scan/score/judgement_file.h"
 #include "tests/engine/support.h"
 
@@ -56,6 +58,82 @@ TEST(Pipeline, DistancesSayWhereTheyAreFrom) {
     EXPECT_EQ(p.engines[0].metrics, (std::vector<std::string>{"cwcbrt", "pawcielab"}));
     EXPECT_EQ(p.metrics[1].name, "pawcielab");
     EXPECT_EQ(p.metrics[1].parameters.size(), two_metrics()[1]->parameters.size());
+}
+
+const std::vector<scan::Pair>& three_pairs() {
+    static const std::vector<scan::Pair> pairs = {{0, 7}, {3, 99}, {41, 42}};
+    return pairs;
+}
+
+ListedPairDistances listed_distances_of(const engine::Database& database) {
+    engine::Engines engines({.device = engine::kHost});
+    return compute_listed_distances(engines, database, two_metrics(), three_pairs());
+}
+
+TEST(Pipeline, ListedDistancesAreThoseAmongAll) {
+    const auto database = coarse_database();
+    const auto all = distances_of(*database);
+    const auto some = listed_distances_of(*database);
+    EXPECT_EQ(some.table.names, all.table.names);
+    EXPECT_EQ(some.table.pairs, three_pairs());
+    ASSERT_EQ(some.table.metrics.size(), 2U);
+    for (std::size_t m = 0; m < 2; ++m) {
+        const auto& column = some.table.metrics[m];
+        const auto& of_all = all.table.metrics[m];
+        EXPECT_EQ(column.metric, of_all.metric);
+        ASSERT_EQ(column.values.size(), 3U);
+        for (std::size_t p = 0; p < 3; ++p) {
+            const auto place = scan::pair_index(three_pairs()[p], 100);
+            EXPECT_EQ(column.values[p], of_all.values[place]);
+            EXPECT_EQ(column.bounds[p], of_all.bounds[place]);
+        }
+    }
+    EXPECT_EQ(some.provenance.database->content_hash, all.provenance.database->content_hash);
+    EXPECT_EQ(some.provenance.database->materials.size(), 100U);
+    engine::Engines engines({.device = engine::kHost});
+    for (const auto& pairs : {std::vector<scan::Pair>{}, {{3, 1}}, {{1, 2}, {0, 3}}, {{1, 100}}}) {
+        EXPECT_THROW(compute_listed_distances(engines, *database, two_metrics(), pairs),
+                     std::invalid_argument);
+    }
+}
+
+TEST(Pipeline, EntriesOfListedDistancesAreMadeExact) {
+    const auto database = coarse_database();
+    const auto before = listed_distances_of(*database).table;
+    auto table = before;
+    const std::vector<std::vector<std::uint32_t>> entries = {{0, 2}, {}};
+    make_exact(table, *database, two_metrics(), entries, 1ULL << 30U, {});
+    const std::vector<engine::MaterialPair> replaced = {{0, 7}, {41, 42}};
+    const auto exact = engine::float64_distances(*database, *two_metrics()[0], replaced);
+    EXPECT_EQ(table.metrics[0].values,
+              (std::vector{exact[0], before.metrics[0].values[1], exact[1]}));
+    EXPECT_NE(table.metrics[0].values, before.metrics[0].values);
+    EXPECT_EQ(table.metrics[0].bounds, (std::vector{0, before.metrics[0].bounds[1], 0}));
+    EXPECT_EQ(table.metrics[1].values, before.metrics[1].values);
+    EXPECT_EQ(table.metrics[1].bounds, before.metrics[1].bounds);
+    const std::array swapped = {two_metrics()[1], two_metrics()[0]};
+    EXPECT_THROW(make_exact(table, *database, swapped, entries, 1ULL << 30U, {}),
+                 std::invalid_argument);
+    EXPECT_THROW(
+        make_exact(table, *database, two_metrics(), std::span(entries).first(1), 1ULL << 30U, {}),
+        std::invalid_argument);
+}
+
+TEST(Pipeline, ListedDistancesAreTakenOutOfATable) {
+    const test::TemporaryDirectory directory;
+    const auto file = (directory.path / "t.csv").string();
+    std::ofstream(file) << "material_a,material_b,x,y\na,b,1,2\na,c,2,1\nb,c,3,4\n";
+    const auto table = read_listed_distances(file);
+    EXPECT_EQ(table.table.pairs, (std::vector<scan::Pair>{{0, 1}, {0, 2}, {1, 2}}));
+    EXPECT_EQ(table.provenance.table->file, file);
+    const std::vector<scan::Pair> two = {{0, 1}, {1, 2}};
+    const auto picked = pick_distances(table, two);
+    EXPECT_EQ(picked.table.pairs, two);
+    EXPECT_EQ(picked.table.metrics[0].values, (std::vector<double>{1, 3}));
+    EXPECT_EQ(picked.table.metrics[1].values, (std::vector<double>{2, 4}));
+    const std::vector<scan::Pair> more = {{0, 1}, {0, 2}};
+    test::expect_refused([&] { pick_distances(picked, more); },
+                         R"(1 of 2 pairs that are needed; add the others, such as "a" and "c")");
 }
 
 TEST(Pipeline, ProgressGrowsAndEndsTheWork) {

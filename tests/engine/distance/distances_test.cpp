@@ -3,9 +3,13 @@
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <iterator>
 #include <memory>
+#include <random>
+#include <stdexcept>
 #include <string>
 
 #include "engine/database/model_database.h"
@@ -255,6 +259,151 @@ TEST(Distances, DoNotDependOnSlabSizeOrThreadsWithoutFloat64InShaders) {
         EXPECT_NE(cut.slabs, whole.slabs);
         EXPECT_EQ(cut.distances, whole.distances);
     }
+}
+
+/// Random pairs of these materials, as a list of pairs has to be.
+std::vector<MaterialPair> some_pairs(std::uint32_t materials, std::size_t count) {
+    auto pairs = all_pairs(materials);
+    std::mt19937 random(static_cast<std::uint32_t>(count));
+    std::vector<MaterialPair> some;
+    std::ranges::sample(pairs, std::back_inserter(some), static_cast<std::ptrdiff_t>(count),
+                        random);
+    return some;
+}
+
+/// The distances of a list of pairs, taken from those of all.
+MetricDistances picked(const MetricDistances& all, std::span<const MaterialPair> pairs,
+                       std::uint32_t materials) {
+    MetricDistances result = {.values = {}, .bounds = {}, .means = all.means};
+    const PairList places(materials);
+    for (const auto& [first, second] : pairs) {
+        const auto place = places.begin_of(first) + second - first - 1;
+        result.values.push_back(all.values[place]);
+        result.bounds.push_back(all.bounds[place]);
+    }
+    return result;
+}
+
+void expect_listed_as_among_all(Engines& engines, std::span<const Metric* const> chosen) {
+    // As above: enough layers, and no colours whose hues are opposite.
+    const auto database = open_model("abc", {.theta_h = 24, .theta_d = 11, .phi_d = 22});
+    const auto all = compute_distances(engines, *database, chosen);
+    for (const std::size_t count : {1U, 60U, 2000U, 4950U}) {
+        const auto listed = some_pairs(100, count);
+        const auto some = compute_distances(engines, *database, chosen, {.pairs = listed});
+        for (std::size_t m = 0; m < chosen.size(); ++m) {
+            EXPECT_EQ(some.distances[m], picked(all.distances[m], listed, 100))
+                << chosen[m]->name << ", " << count << " pairs";
+        }
+        EXPECT_EQ(some.content_hash, all.content_hash);
+        EXPECT_EQ(some.material_hashes, all.material_hashes);
+        EXPECT_EQ(some.warnings, all.warnings);
+    }
+}
+
+/// Degrees of 2/3, 1 and 2, none, and summaries; and the same as users' files.
+TEST(Distances, OfListedPairsAreThoseAmongAll) {
+    std::vector<Metric> list;
+    for (const char* name :
+         {"cwcbrt", "pawcielab", "paw-ciede2000", "gloss-contrast", "nielsen-log"}) {
+        list.push_back(find_metric(name));
+    }
+    list.push_back(framework_test_metrics()[1]);
+    const std::size_t of_library = list.size();
+    std::vector<const Metric*> with_twin;
+    std::vector<const Metric*> chosen;
+    for (std::size_t m = 0; m < of_library; ++m) {
+        list.push_back(without_twin(list[m]));
+    }
+    list.push_back(
+        test::metric_of("// degree: 1\n"
+                        "vec3 transform(vec3 f, Voxel v) { return log2(1.0 + f); }\n"
+                        "float weight(Voxel v) { return v.cos_theta_i; }\n"
+                        "float difference(float d) { return abs(d); }\n"));
+    for (std::size_t m = 0; m < list.size(); ++m) {
+        chosen.push_back(&list[m]);
+        if (m < of_library && !list[m].is_summary()) {
+            with_twin.push_back(&list[m]);
+        }
+    }
+    for (const bool in_shaders : {false, true}) {
+        expect_listed_as_among_all(test::engines(in_shaders), chosen);
+    }
+    Engines host({.device = kHost});
+    expect_listed_as_among_all(host, with_twin);
+    Engines staging(test::lavapipe_with_staging());
+    expect_listed_as_among_all(staging, with_twin);
+    Engines without_float64(test::lavapipe_without_float64());
+    expect_listed_as_among_all(without_float64, with_twin);
+}
+
+/// Material m is m everywhere; three are worth a remark, whichever of a pair they are.
+TEST(Distances, OfListedPairsAreCheckedAndNoOthers) {
+    const FunctionDatabase database({.theta_h = 7, .theta_d = 5, .phi_d = 3}, 8,
+                                    [](std::size_t material, std::uint64_t, std::size_t) {
+                                        return 1.0 + static_cast<double>(material);
+                                    });
+    const auto metric_with = [](const std::string& difference) {
+        return test::metric_of(
+            "vec3 transform(vec3 f, Voxel v) { return f; }\n"
+            "float weight(Voxel v) { return 1.0; }\n"
+            "float difference(vec3 a, vec3 b) { " +
+            difference + " }\n");
+    };
+    // Materials 3 and 6 differ from themselves.
+    const auto same = metric_with(
+        "return distance(a, b) + ((a.x == 4.0 && b.x == 4.0) || (a.x == 7.0 && b.x == 7.0) ? 1.0 : "
+        "0.0);");
+    const auto warnings = [&](const std::vector<MaterialPair>& pairs) {
+        const Metric* const one[] = {&same};
+        return compute_distances(test::shader_engines(), database, one, {.pairs = pairs}).warnings;
+    };
+    EXPECT_TRUE(warnings({{0, 1}, {2, 7}, {4, 5}}).empty());
+    for (const auto& pairs : {std::vector<MaterialPair>{{0, 3}, {1, 2}}, {{0, 1}, {3, 5}}}) {
+        ASSERT_EQ(warnings(pairs).size(), 1U);
+        EXPECT_NE(warnings(pairs)[0].find("a material differs from itself"), std::string::npos);
+    }
+    // Materials 2 and 5 have no difference.
+    const auto negative =
+        metric_with("return a.x + b.x == 9.0 && abs(a.x - b.x) == 3.0 ? -1.0 : distance(a, b);");
+    const Metric* const one[] = {&negative};
+    const std::vector<MaterialPair> good = {{0, 2}, {0, 5}, {3, 4}};
+    EXPECT_EQ(compute_distances(test::shader_engines(), database, one, {.pairs = good})
+                  .distances[0]
+                  .values.size(),
+              3U);
+    const std::vector<MaterialPair> bad = {{0, 2}, {2, 5}, {3, 4}};
+    test::expect_refused(
+        [&] { compute_distances(test::shader_engines(), database, one, {.pairs = bad}); },
+        "expected zero or more");
+}
+
+/// All pairs of 2,000 materials would take some 80 MB besides.
+TEST(Distances, OfListedPairsTakeMemoryForTheseAlone) {
+    const FunctionDatabase database({.theta_h = 1, .theta_d = 1, .phi_d = 2}, 2000,
+                                    test::random_sample);
+    const std::vector<MaterialPair> listed = {{0, 1}, {5, 1999}, {700, 701}};
+    const Metric* const chosen[] = {&find_metric("cwcbrt"), &find_metric("paw-ciede2000")};
+    Engines host({.device = kHost});
+    const DistanceOptions options = {
+        .memory_bytes = 120'000'000, .voxels = VoxelSet::all, .pairs = listed};
+    const auto some = compute_distances(host, database, chosen, options);
+    const auto expected = float64_distances(database, *chosen[0], listed, VoxelSet::all);
+    for (std::size_t p = 0; p < listed.size(); ++p) {
+        EXPECT_NEAR(some.distances[0].values[p] / expected[p], 1, 2e-6);
+    }
+    EXPECT_THROW(compute_distances(host, database, chosen,
+                                   {.memory_bytes = 120'000'000, .voxels = VoxelSet::all}),
+                 MemoryError);
+}
+
+TEST(Distances, AListOfPairsIsLookedAt) {
+    const FunctionDatabase database({.theta_h = 1, .theta_d = 1, .phi_d = 2}, 3,
+                                    test::random_sample);
+    const Metric* const one[] = {&find_metric("rmse")};
+    const std::vector<MaterialPair> bad = {{0, 3}};
+    EXPECT_THROW(compute_distances(test::host_engines(), database, one, {.pairs = bad}),
+                 std::invalid_argument);
 }
 
 /// A database that would keep all that it may, and says how much that was and how often it was

@@ -334,8 +334,9 @@ TEST(Summary, FeaturesOfOtherParametersNeedNoSamples) {
     const Metric* const both[] = {&usual, &other};
     Engines host({.device = kHost});
     const auto found = compute_distances(host, *database, both);
-    EXPECT_EQ(summary_distances(other, found.distances[0].means, database->materials()),
-              found.distances[1]);
+    EXPECT_EQ(
+        summary_distances(other, found.distances[0].means, PairList(100), database->materials()),
+        found.distances[1]);
 }
 
 /// A row of the golden values: two materials, and their distances.

@@ -114,6 +114,40 @@ TEST(HostDifference, HasTheSameBitsInVectorsOfAnyWidth) {
     }
 }
 
+/// A pair has the same sum whichever others are computed beside it.
+TEST(HostDifference, EveryTileGivesTheSameBits) {
+    const auto blocks = random_blocks(12);
+    with_every_target([&](std::int64_t) {
+        for (const double degree : kDegrees) {
+            for (const std::uint32_t rows : {1U, 3U, 4U, 5U}) {
+                for (const std::uint32_t columns : {1U, 3U, 4U, 7U}) {
+                    std::vector<float> sums(8 * 8, kUntouched);
+                    sum_differences(degree, {.rows = &blocks[0],
+                                             .columns = &blocks[5],
+                                             .row_count = rows,
+                                             .column_count = columns,
+                                             .sums = sums.data(),
+                                             .stride = 8});
+                    for (std::uint32_t r = 0; r < 8; ++r) {
+                        for (std::uint32_t c = 0; c < 8; ++c) {
+                            float alone = kUntouched;
+                            if (r < rows && c < columns) {
+                                sum_differences(degree, {.rows = &blocks[r],
+                                                         .columns = &blocks[5 + c],
+                                                         .row_count = 1,
+                                                         .column_count = 1,
+                                                         .sums = &alone,
+                                                         .stride = 1});
+                            }
+                            EXPECT_EQ(sums[8 * r + c], alone) << degree << " " << rows;
+                        }
+                    }
+                }
+            }
+        }
+    });
+}
+
 /// Four materials against four, in rows of eight sums.
 void sum_four_by_four(double degree, const BlockScalars* rows, const BlockScalars* columns,
                       std::vector<float>& sums) {

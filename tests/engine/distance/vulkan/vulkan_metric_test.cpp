@@ -47,10 +47,10 @@ TEST(DeviceNeeds, EveryBufferAndDispatchIsWithinTheLimits) {
         for (const std::uint64_t bytes : {128 * kMiB, 32 * kMiB}) {
             limits.storage_buffer_bytes = bytes;
             limits.free_bytes = bytes == 32 * kMiB ? 256 * kMiB : 1638 * kMiB;
-            const auto needs = device_needs(limits, two_metrics(), materials);
+            const auto needs = device_needs(limits, two_metrics(), PairList(materials));
+            const PairList pairs(materials);
             const DeviceExtent extent = {
-                .materials = materials,
-                .slab_blocks = static_cast<std::uint32_t>(needs.most_blocks)};
+                .pairs = &pairs, .slab_blocks = static_cast<std::uint32_t>(needs.most_blocks)};
             EXPECT_GE(needs.most_blocks, 1U);
             EXPECT_LE(extent.samples_bytes(), bytes);
             EXPECT_LE(extent.geometry_bytes(), bytes);
@@ -74,7 +74,7 @@ TEST(DeviceNeeds, EveryBufferAndDispatchIsWithinTheLimits) {
                 for (const bool downloads : {false, true}) {
                     limits.stages_uploads = uploads;
                     limits.stages_downloads = downloads;
-                    const auto staged = device_needs(limits, two_metrics(), materials);
+                    const auto staged = device_needs(limits, two_metrics(), PairList(materials));
                     EXPECT_EQ(staged.most_blocks, needs.most_blocks);
                     EXPECT_EQ(staged.block_bytes * needs.most_blocks,
                               on_device + (uploads ? 2 * up : 0) + (downloads ? 2 * down : 0));
@@ -89,7 +89,8 @@ TEST(DeviceNeeds, WithoutFloat64GridsTravelInsteadOfSamples) {
     auto limits = lavapipe_limits();
     limits.floats.float64 = false;
     for (const std::uint32_t materials : {2U, 13U, 100U, 400U}) {
-        const DeviceExtent block = {.materials = materials, .slab_blocks = 1};
+        const PairList pairs(materials);
+        const DeviceExtent block = {.pairs = &pairs, .slab_blocks = 1};
         std::uint64_t up = 0;
         std::uint64_t down = 0;
         for (const auto* metric : two_metrics()) {
@@ -101,7 +102,7 @@ TEST(DeviceNeeds, WithoutFloat64GridsTravelInsteadOfSamples) {
         const auto on_host = two_metrics().size() * sizeof(BlockWeights);
         for (const bool staged : {false, true}) {
             limits.stages_uploads = limits.stages_downloads = staged;
-            const auto needs = device_needs(limits, two_metrics(), materials);
+            const auto needs = device_needs(limits, two_metrics(), PairList(materials));
             EXPECT_EQ(needs.block_bytes, on_device + on_host + (staged ? 2 * (up + down) : 0));
             EXPECT_LE(needs.most_blocks * on_device, limits.free_bytes);
             EXPECT_LE(needs.most_blocks * block.grid_bytes(*two_metrics()[0]),
@@ -113,31 +114,31 @@ TEST(DeviceNeeds, WithoutFloat64GridsTravelInsteadOfSamples) {
 TEST(DeviceNeeds, MoreThanIsFreeIsADeviceError) {
     auto limits = lavapipe_limits();
     limits.free_bytes = 64 * kMiB;
-    EXPECT_NO_THROW(device_needs(limits, two_metrics(), 100));
-    EXPECT_THROW(device_needs(limits, two_metrics(), 1000), Error);
+    EXPECT_NO_THROW(device_needs(limits, two_metrics(), PairList(100)));
+    EXPECT_THROW(device_needs(limits, two_metrics(), PairList(1000)), Error);
     limits.free_bytes = 0;
-    EXPECT_THROW(device_needs(limits, two_metrics(), 2), Error);
+    EXPECT_THROW(device_needs(limits, two_metrics(), PairList(2)), Error);
 }
 
 TEST(DeviceNeeds, SmallLimitsMakeSmallSlabs) {
     auto limits = lavapipe_limits();
     limits.texel_buffer_texels = 3 * 1024 * 100 * 3 / 2;  // three blocks of samples, two a texel
-    EXPECT_EQ(device_needs(limits, two_metrics(), 100).most_blocks, 3U);
+    EXPECT_EQ(device_needs(limits, two_metrics(), PairList(100)).most_blocks, 3U);
     limits = lavapipe_limits();
     limits.groups_y = 200;
-    EXPECT_EQ(device_needs(limits, two_metrics(), 2).most_blocks, 200U);
+    EXPECT_EQ(device_needs(limits, two_metrics(), PairList(2)).most_blocks, 200U);
     // weigh.comp has sixteen groups a block along x.
     limits = lavapipe_limits();
     limits.groups_x = 100;
-    EXPECT_EQ(device_needs(limits, two_metrics(), 2).most_blocks, 100U / 16);
+    EXPECT_EQ(device_needs(limits, two_metrics(), PairList(2)).most_blocks, 100U / 16);
     limits.groups_x = 15;
-    EXPECT_THROW(device_needs(limits, two_metrics(), 2), Error);
+    EXPECT_THROW(device_needs(limits, two_metrics(), PairList(2)), Error);
 }
 
 TEST(DeviceNeeds, TooManyMaterialsAreADeviceError) {
     for (const std::uint32_t materials : {4000U, 65536U}) {
         try {
-            device_needs(lavapipe_limits(), two_metrics(), materials);
+            device_needs(lavapipe_limits(), two_metrics(), PairList(materials));
             FAIL() << materials;
         } catch (const Error& error) {
             EXPECT_EQ(error.fault(), Fault::device);
@@ -145,9 +146,29 @@ TEST(DeviceNeeds, TooManyMaterialsAreADeviceError) {
     }
 }
 
+/// Of 20,000 materials all pairs are out of reach, and what is listed is not.
+TEST(DeviceNeeds, GrowWithThePairsThatAreListed) {
+    auto limits = lavapipe_limits();
+    limits.storage_buffer_bytes = limits.free_bytes = 4096 * kMiB;
+    limits.texel_buffer_texels = 1U << 28U;
+    EXPECT_THROW(device_needs(limits, two_metrics(), PairList(20'000)), Error);
+    std::vector<MaterialPair> listed;
+    for (std::uint32_t m = 0; m < 20'000; m += 2) {
+        listed.emplace_back(m, m + 1);
+    }
+    const auto one = device_needs(limits, two_metrics(), {20'000, std::span(listed).first(1)});
+    const auto many = device_needs(limits, two_metrics(), {20'000, listed});
+    // Of the two metrics: differences and slopes, differences; two slabs are in flight.
+    EXPECT_EQ(many.block_bytes - one.block_bytes, 9'999 * 2 * 3 * sizeof(float));
+    // Totals of these, and the places of each metric's tiles.
+    EXPECT_EQ(many.fixed_bytes - one.fixed_bytes, 9'999 * (3 * sizeof(double) + 2 * 8));
+    limits.groups_x = 9'999;
+    EXPECT_THROW(device_needs(limits, two_metrics(), {20'000, listed}), Error);
+}
+
 TEST(DeviceNeeds, TotalsCountToo) {
     const std::array<const Metric*, 1> metric = {&find_metric("rmse")};
-    EXPECT_GE(device_needs(lavapipe_limits(), metric, 1000).fixed_bytes,
+    EXPECT_GE(device_needs(lavapipe_limits(), metric, PairList(1000)).fixed_bytes,
               std::uint64_t{1000} * 999 / 2 * sizeof(double));
 }
 
