@@ -156,14 +156,15 @@ TEST(DeviceNeeds, GrowWithThePairsThatAreListed) {
     for (std::uint32_t m = 0; m < 20'000; m += 2) {
         listed.emplace_back(m, m + 1);
     }
-    const auto one = device_needs(limits, two_metrics(), {20'000, std::span(listed).first(1)});
-    const auto many = device_needs(limits, two_metrics(), {20'000, listed});
+    const auto one =
+        device_needs(limits, two_metrics(), PairList(20'000, std::span(listed).first(1)));
+    const auto many = device_needs(limits, two_metrics(), PairList(20'000, listed));
     // Of the two metrics: differences and slopes, differences; two slabs are in flight.
     EXPECT_EQ(many.block_bytes - one.block_bytes, 9'999 * 2 * 3 * sizeof(float));
     // Totals of these, and the places of each metric's tiles.
     EXPECT_EQ(many.fixed_bytes - one.fixed_bytes, 9'999 * (3 * sizeof(double) + 2 * 8));
     limits.groups_x = 9'999;
-    EXPECT_THROW(device_needs(limits, two_metrics(), {20'000, listed}), Error);
+    EXPECT_THROW(device_needs(limits, two_metrics(), PairList(20'000, listed)), Error);
 }
 
 TEST(DeviceNeeds, TotalsCountToo) {
