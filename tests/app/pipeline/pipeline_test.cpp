@@ -106,9 +106,9 @@ TEST(Pipeline, EntriesOfListedDistancesAreMadeExact) {
     const std::vector<engine::MaterialPair> replaced = {{0, 7}, {41, 42}};
     const auto exact = engine::float64_distances(*database, *two_metrics()[0], replaced);
     EXPECT_EQ(table.metrics[0].values,
-              (std::vector{exact[0], before.metrics[0].values[1], exact[1]}));
+              (std::vector<double>{exact[0], before.metrics[0].values[1], exact[1]}));
     EXPECT_NE(table.metrics[0].values, before.metrics[0].values);
-    EXPECT_EQ(table.metrics[0].bounds, (std::vector{0, before.metrics[0].bounds[1], 0}));
+    EXPECT_EQ(table.metrics[0].bounds, (std::vector<double>{0, before.metrics[0].bounds[1], 0}));
     EXPECT_EQ(table.metrics[1].values, before.metrics[1].values);
     EXPECT_EQ(table.metrics[1].bounds, before.metrics[1].bounds);
     const std::array swapped = {two_metrics()[1], two_metrics()[0]};
