@@ -45,4 +45,21 @@ PairList::PairList(std::uint32_t materials, std::span<const MaterialPair> listed
     std::partial_sum(starts_.begin(), starts_.end(), starts_.begin());
 }
 
+std::vector<std::uint32_t> PairList::paired() const {
+    std::vector<bool> is_paired(materials());
+    for (std::uint32_t first = 0; first < materials(); ++first) {
+        is_paired[first] = is_all() || begin_of(first) < end_of(first);
+    }
+    for (const auto& pair : listed_) {
+        is_paired[pair.second] = true;
+    }
+    std::vector<std::uint32_t> result;
+    for (std::uint32_t material = 0; material < materials(); ++material) {
+        if (is_paired[material]) {
+            result.push_back(material);
+        }
+    }
+    return result;
+}
+
 }  // namespace merl::engine

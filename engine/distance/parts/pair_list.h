@@ -34,6 +34,9 @@ class PairList {
                         : listed_[place].second;
     }
 
+    /// The materials that are in a pair, ascending.
+    std::vector<std::uint32_t> paired() const;
+
     /// Calls what(place, first, second) for every pair, in their order.
     template <typename What>
     void each(const What& what) const {

@@ -48,7 +48,8 @@ void add_compensated(double term, double& sum, double& lost) {
     sum = both;
 }
 
-/// The features of each material, and how far all of them together can be from exact ones.
+/// The features of each material that is in a pair, and how far all of them together can be from
+/// exact ones.
 struct Evaluated {
     std::vector<double> features;  // [material][feature]
     std::vector<double> errors;    // [material]
@@ -86,13 +87,15 @@ double norm(std::span<const double> errors) {
 }
 
 /// By the metric's twin, with bounds.
-Evaluated evaluate(const Metric& metric, std::span<const WindowMean> means,
+Evaluated evaluate(const Metric& metric, std::span<const WindowMean> means, const PairList& pairs,
                    std::span<const std::string> materials) {
     const std::size_t windows = metric.header.windows.size();
     const std::size_t count = metric.header.features;
     Evaluated result = {.features = std::vector<double>(materials.size() * count),
                         .errors = std::vector<double>(materials.size())};
-    tbb::parallel_for(std::size_t{0}, materials.size(), [&](std::size_t m) {
+    const auto paired = pairs.paired();
+    tbb::parallel_for(std::size_t{0}, paired.size(), [&](std::size_t i) {
+        const std::size_t m = paired[i];
         const auto of_material = means.subspan(m * windows, windows);
         metric.twin.features(metric.parameters, of_material,
                              std::span(result.features).subspan(m * count, count));
@@ -100,7 +103,7 @@ Evaluated evaluate(const Metric& metric, std::span<const WindowMean> means,
         metric.twin.errors(metric.parameters, of_material, kMeanError, errors);
         result.errors[m] = norm(errors);
     });
-    for (std::size_t m = 0; m < materials.size(); ++m) {
+    for (const std::size_t m : paired) {
         require_finite(metric, std::span(result.features).subspan(m * count, count), materials[m],
                        means.subspan(m * windows, windows));
     }
@@ -159,19 +162,22 @@ double noise_of(std::span<const double, kPlaces> values) {
 
 /// By what evaluates a user's file, with estimates in the place of bounds.
 Evaluated estimate(const Metric& metric, std::span<const WindowMean> means,
-                   const Features& features, std::span<const std::string> materials) {
+                   const Features& features, const PairList& pairs,
+                   std::span<const std::string> materials) {
     const std::size_t windows = metric.header.windows.size();
     const std::size_t count = metric.header.features;
     const std::size_t rows = rows_of(metric);
-    Evaluated result;
+    Evaluated result = {.features = std::vector<double>(materials.size() * count),
+                        .errors = std::vector<double>(materials.size())};
+    const auto paired = pairs.paired();
     std::vector<WindowMean> moved;
     std::vector<double> found;
     std::vector<double> errors(count);
-    for (std::size_t first = 0; first < materials.size(); first += kAtATime) {
-        const std::size_t size = std::min(kAtATime, materials.size() - first);
+    for (std::size_t first = 0; first < paired.size(); first += kAtATime) {
+        const std::size_t size = std::min(kAtATime, paired.size() - first);
         moved.clear();
-        for (std::size_t m = first; m < first + size; ++m) {
-            append_rows(means.subspan(m * windows, windows), moved);
+        for (std::size_t m = 0; m < size; ++m) {
+            append_rows(means.subspan(paired[first + m] * windows, windows), moved);
         }
         found.resize(size * rows * count);
         features(moved, found);
@@ -180,8 +186,9 @@ Evaluated estimate(const Metric& metric, std::span<const WindowMean> means,
                 return found[(m * rows + row) * count + i];
             };
             const auto at_means = std::span(found).subspan(m * rows * count, count);
-            require_finite(metric, at_means, materials[first + m],
-                           means.subspan((first + m) * windows, windows));
+            const std::size_t material = paired[first + m];
+            require_finite(metric, at_means, materials[material],
+                           means.subspan(material * windows, windows));
             for (std::size_t i = 0; i < count; ++i) {
                 double slopes = 0;
                 for (std::size_t number = 0; number < 3 * windows; ++number) {
@@ -197,8 +204,9 @@ Evaluated estimate(const Metric& metric, std::span<const WindowMean> means,
                 errors[i] = kMeanError * slopes + kOfNoise * noise_of(values) +
                             kFeatureError * std::max(1.0, std::abs(at_means[i]));
             }
-            result.features.insert(result.features.end(), at_means.begin(), at_means.end());
-            result.errors.push_back(norm(errors));
+            std::ranges::copy(
+                at_means, result.features.begin() + static_cast<std::ptrdiff_t>(material * count));
+            result.errors[material] = norm(errors);
         }
     }
     return result;
@@ -295,14 +303,14 @@ Features twin_features(const Metric& metric) {
 
 MetricDistances summary_distances(const Metric& metric, std::vector<WindowMean> means,
                                   const PairList& pairs, std::span<const std::string> materials) {
-    const auto evaluated = evaluate(metric, means, materials);
+    const auto evaluated = evaluate(metric, means, pairs, materials);
     return distances_between(metric, evaluated, std::move(means), pairs, materials);
 }
 
 MetricDistances estimated_summary_distances(const Metric& metric, std::vector<WindowMean> means,
                                             const Features& features, const PairList& pairs,
                                             std::span<const std::string> materials) {
-    const auto evaluated = estimate(metric, means, features, materials);
+    const auto evaluated = estimate(metric, means, features, pairs, materials);
     return distances_between(metric, evaluated, std::move(means), pairs, materials);
 }
 

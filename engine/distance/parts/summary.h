@@ -51,8 +51,8 @@ class WindowTotals {
 
 /// The distances of pairs between the features of the means, [material][window], by the metric's
 /// twin: the same bits whatever engine summed. `bounds` are proven (docs/numerics.md). Throws
-/// InputError where a feature or a distance is NaN or infinite, which names the material as the
-/// database does.
+/// InputError where a feature of a material in a pair or a distance is NaN or infinite, which names
+/// the material as the database does.
 MetricDistances summary_distances(const Metric& metric, std::vector<WindowMean> means,
                                   const PairList& pairs, std::span<const std::string> materials);
 

@@ -455,6 +455,28 @@ TEST(Summary, WhatIsWrongWithAFileIsNamed) {
     expect(window + "float feature(int i, Means m) { return 1e200 * m.rgb[all].x; }", {"beyond"});
 }
 
+/// Material 1 has no logarithm.
+TEST(Summary, FeaturesAreThoseOfMaterialsInAPair) {
+    const FunctionDatabase database({.theta_h = 3, .theta_d = 4, .phi_d = 8}, 40,
+                                    [](std::size_t material, std::uint64_t, std::size_t) {
+                                        return material == 1 ? 0
+                                                             : static_cast<double>(material + 1);
+                                    });
+    const Metric metric = test::metric_of(
+        "// window: all of it\n// features: 1\nfloat window(int w, Voxel v) { return 1.0; }\n"
+        "float feature(int i, Means m) { return log(m.rgb[all].x); }\n");
+    const Metric* const one[] = {&metric};
+    const std::vector<MaterialPair> good = {{0, 2}, {3, 39}};
+    const auto found =
+        compute_distances(test::shader_engines(), database, one, {.pairs = good}).distances[0];
+    EXPECT_NEAR(found.values[0], std::log(3.0), 1e-13);
+    EXPECT_NEAR(found.values[1], std::log(10.0), 1e-13);
+    const std::vector<MaterialPair> bad = {{0, 2}, {1, 3}};
+    test::expect_refused(
+        [&] { compute_distances(test::shader_engines(), database, one, {.pairs = bad}); },
+        "feature(0, m) is ");
+}
+
 /// What a compiler makes of literals without another operand is a float, unless they are told to be
 /// doubles: a tenth of a float is off by 1.5e-8 of itself.
 TEST(Summary, LiteralsAreFloat64) {

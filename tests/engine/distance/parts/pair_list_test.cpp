@@ -35,6 +35,13 @@ TEST(PairList, HasThoseThatAreListed) {
     }
 }
 
+TEST(PairList, KnowsWhatIsInAPair) {
+    using Materials = std::vector<std::uint32_t>;
+    const Pairs listed = {{0, 4}, {2, 4}};
+    EXPECT_EQ(PairList(6, listed).paired(), (Materials{0, 2, 4}));
+    EXPECT_EQ(PairList(3).paired(), (Materials{0, 1, 2}));
+}
+
 TEST(PairList, OfAllIsAsGoodAsNone) {
     const Pairs all = {{0, 1}, {0, 2}, {1, 2}};
     const PairList list(3, all);
