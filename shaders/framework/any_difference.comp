@@ -15,7 +15,7 @@ layout(local_size_x_id = 0) in;
 
 layout(binding = 0) uniform samplerBuffer grid;                       // [block][material][texel]
 layout(std430, binding = 1) writeonly buffer Sums { float sums[]; };  // [block][tile][row][column]
-layout(std430, binding = 2) readonly buffer Tiles { uvec2 tiles[]; };
+layout(std430, binding = 2) readonly buffer TilePlaces { uvec2 tile_places[]; };
 
 layout(push_constant) uniform Push {
     uint padded_materials;  // of the grid: those that fill up the last tile too
@@ -28,7 +28,7 @@ void main() {
     uint block = gl_WorkGroupID.y;
     uint tile = first_tile + gl_WorkGroupID.x / kTile;
     uint row = gl_WorkGroupID.x % kTile;
-    uvec2 at = tiles[tile];
+    uvec2 at = tile_places[tile];
     uint first = block * padded_materials;
     int row_texels = int((first + at.x + row) * kBlockTexels);
     uint out_at = ((block * tile_count + tile) * kTile + row) * kTile;

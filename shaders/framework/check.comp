@@ -37,7 +37,7 @@ layout(std430, binding = 2) buffer Finding {
 }
 finding;
 
-layout(std430, binding = 3) readonly buffer Tiles { uvec2 tiles[]; };
+layout(std430, binding = 3) readonly buffer TilePlaces { uvec2 tile_places[]; };
 
 layout(push_constant) uniform Push {
     uint check_step;
@@ -310,7 +310,7 @@ void main() {
     }
     uint group_x = check_step == 1 ? gl_WorkGroupID.x : finding.group % groups;
     uint block = check_step == 1 ? gl_WorkGroupID.y : finding.group / groups;
-    uvec2 tile = tiles[group_x / kTile];
+    uvec2 tile = tile_places[group_x / kTile];
     uint first = tile.x + group_x % kTile;
     if (first >= materials) {
         return;

@@ -17,7 +17,7 @@ layout(local_size_x_id = 0) in;
 
 layout(binding = 0) uniform samplerBuffer grid;                       // [block][material][texel]
 layout(std430, binding = 1) writeonly buffer Sums { float sums[]; };  // [block][tile][row][column]
-layout(std430, binding = 2) readonly buffer Tiles { uvec2 tiles[]; };
+layout(std430, binding = 2) readonly buffer TilePlaces { uvec2 tile_places[]; };
 
 layout(push_constant) uniform Push {
     uint padded_materials;  // of the grid: those that fill up the last tile too
@@ -33,7 +33,7 @@ const uint kRun = RUN_TEXELS;
 void main() {
     uint block = gl_WorkGroupID.y;
     uint tile = first_tile + gl_WorkGroupID.x;
-    uvec2 at = tiles[tile];
+    uvec2 at = tile_places[tile];
     int rows = int((block * padded_materials + at.x) * kBlockTexels);
     int columns = int((block * padded_materials + at.y) * kBlockTexels);
 

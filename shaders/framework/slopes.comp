@@ -15,7 +15,7 @@ layout(local_size_x_id = 0) in;
 
 layout(binding = 0) uniform samplerBuffer ranges;                     // [block][material][chunk/2]
 layout(std430, binding = 1) writeonly buffer Sums { float sums[]; };  // [block][tile][row][column]
-layout(std430, binding = 2) readonly buffer Tiles { uvec2 tiles[]; };
+layout(std430, binding = 2) readonly buffer TilePlaces { uvec2 tile_places[]; };
 
 layout(push_constant) uniform Push {
     uint padded_materials;  // of the grid: those that fill up the last tile too
@@ -37,7 +37,7 @@ float slopes(vec4 a, vec4 b, vec2 size_of_a, vec2 size_of_b) {
 void main() {
     uint block = gl_WorkGroupID.y;
     uint tile = first_tile + gl_WorkGroupID.x;
-    uvec2 at = tiles[tile];
+    uvec2 at = tile_places[tile];
     int rows = int((block * padded_materials + at.x) * kTexels);
     int columns = int((block * padded_materials + at.y) * kTexels);
 
