@@ -197,6 +197,7 @@ ListedPairDistances pick_distances(ListedPairDistances distances,
     table.pairs.assign(pairs.begin(), pairs.end());
     const auto pick = [&](std::vector<double>& numbers) {
         std::vector<double> picked;
+        picked.reserve(places.size());
         for (const auto place : places) {
             picked.push_back(numbers[place]);
         }
