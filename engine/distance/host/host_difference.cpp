@@ -164,7 +164,7 @@ void sum_differences_of(Power power, const HostTile<BlockScalars>& tile) {
     static_assert(kHostGroup % kRows == 0);
     const bool diagonal = tile.rows == tile.columns;
     const std::size_t grouped = tile.column_count / kColumns * kColumns;
-    const std::size_t grouped_rows = tile.row_count / kHostGroup * kHostGroup;
+    const std::size_t grouped_rows = std::size_t{tile.row_count} / kHostGroup * kHostGroup;
     for (std::size_t c = 0; c < grouped; c += kColumns) {
         for (std::size_t r = 0; r < (diagonal ? c : grouped_rows); r += kRows) {
             sum_group<kRows, kColumns>(power, tile, r, c);
