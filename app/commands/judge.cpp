@@ -34,9 +34,11 @@
 #include "scan/io/csv.h"
 #include "scan/io/input.h"
 #include "scan/pairs/distance_table.h"
+#include "scan/reference/approximations_file.h"
 #include "scan/select/selection_file.h"
 #include "scan/votes/kit_file.h"
 #include "scan/votes/kit_plan.h"
+#include "scan/votes/reference_kit_plan.h"
 
 namespace merl::app {
 namespace {
@@ -55,37 +57,83 @@ struct Options {
     bool quiet = false;
 };
 
-/// The distances of every pair, which sentinels and random disagreements are drawn from.
-std::optional<scan::Distances> read_distances(const Options& options,
-                                              const scan::SelectionFile& selection,
-                                              const FoundRecord& found) {
-    if (options.plan.sentinels == 0 && options.plan.random == 0) {
-        return std::nullopt;
-    }
-    const auto beside = std::filesystem::path(options.selection).replace_filename("pairs.csv");
-    const std::string file = options.pairs.empty() ? beside.string() : options.pairs;
+/// The file of all distances of the scan, which sentinels and random disagreements are drawn from:
+/// that of --pairs, or the one of this name beside the selection.
+struct DistanceFile {
+    std::string path;
+    std::string text;
+};
+
+DistanceFile read_distance_file(const Options& options, const std::string& name,
+                                const FoundRecord& found) {
+    const auto beside = std::filesystem::path(options.selection).replace_filename(name);
+    DistanceFile file{.path = options.pairs.empty() ? beside.string() : options.pairs, .text = {}};
     if (options.pairs.empty() && !std::filesystem::exists(beside)) {
         throw InputError(
             fmt::format("{} is missing: sentinels and random disagreements are drawn from "
                         "all distances; name the file with --pairs, or do without: "
                         "--sentinels 0 --random 0",
-                        file));
+                        file.path));
     }
-    const std::vector<std::string> metrics = {selection.first_metric, selection.second_metric};
-    Progress progress("reading", options.quiet);
-    const std::string text = scan::read_input(file);
-    if (options.pairs.empty() && found.record && found.record->files.contains("pairs.csv") &&
-        found.record->files.at("pairs.csv") != hash_of(text)) {
+    file.text = scan::read_input(file.path);
+    if (options.pairs.empty() && found.record && found.record->files.contains(name) &&
+        found.record->files.at(name) != hash_of(file.text)) {
         throw InputError(
             fmt::format("{}: is not the file that {} was written with; scan "
                         "again, or name the right one with --pairs",
-                        file, found.record->summary));
+                        file.path, found.record->summary));
     }
-    const auto table = scan::parse_distance_table(text, file, metrics,
-                                                  [&](double share) { progress.update(share); });
-    auto distances = table.distances(0, 1);
-    scan::expect_same_scan(selection, distances, file);
-    return distances;
+    return file;
+}
+
+/// What judges are shown, and on what they practise.
+struct Trials {
+    std::vector<scan::KitTrial> list;
+    scan::FourMaterials practice;
+    std::uint64_t sentinel_pairs = 0;  ///< that sentinels are drawn from
+};
+
+bool needs_distances(const scan::KitPlan& plan) {
+    return plan.sentinels > 0 || plan.random > 0;
+}
+
+/// Which of two pairs is more alike?
+Trials pair_trials(const Options& options, const scan::SelectionFile& selection,
+                   const FoundRecord& found) {
+    std::optional<scan::Distances> distances;
+    if (needs_distances(options.plan)) {
+        Progress progress("reading", options.quiet);
+        const auto file = read_distance_file(options, "pairs.csv", found);
+        distances =
+            scan::parse_distance_table(file.text, file.path,
+                                       std::vector{selection.first_metric, selection.second_metric},
+                                       [&](double share) { progress.update(share); })
+                .distances(0, 1);
+        scan::expect_same_scan(selection, *distances, file.path);
+    }
+    return {.list = scan::plan_kit(selection, distances ? &*distances : nullptr, options.plan),
+            .practice = scan::practice_of(selection),
+            .sentinel_pairs =
+                options.plan.sentinels > 0 ? scan::sentinel_pairs(distances->pairs()) : 0};
+}
+
+/// Which of two approximations looks more like the original?
+Trials reference_trials(const Options& options, const scan::SelectionFile& selection,
+                        const FoundRecord& found) {
+    const auto& reference = found.record->reference;
+    scan::expect_reference(selection, reference);
+    std::vector<scan::ApproximationDistances> approximations;
+    if (needs_distances(options.plan)) {
+        const auto file = read_distance_file(options, "approximations.csv", found);
+        approximations = scan::parse_approximations(file.text, file.path, selection.first_metric,
+                                                    selection.second_metric);
+        scan::expect_same_scan(selection, approximations, file.path);
+    }
+    return {.list = scan::plan_reference_kit(selection, approximations, options.plan),
+            .practice = scan::reference_practice(selection),
+            .sentinel_pairs = options.plan.sentinels > 0
+                                  ? scan::sentinel_approximations(approximations.size())
+                                  : 0};
 }
 
 /// Where in the database the materials are. Throws InputError when it does not have one, or a name
@@ -127,7 +175,7 @@ scan::KitView kit_view(const pipeline::SphereView& view) {
 /// The kit before its spheres are rendered.
 scan::Kit kit_of(const Options& options, const ScannedDatabase& scanned,
                  const scan::SelectionFile& selection, const std::string& selection_hash,
-                 const std::optional<scan::Distances>& distances) {
+                 const std::string& reference, Trials trials) {
     std::vector<std::string> warnings;
     std::ranges::transform(scanned.warnings(), std::back_inserter(warnings), as_utf8);
     return {.file = {},
@@ -136,18 +184,18 @@ scan::Kit kit_of(const Options& options, const ScannedDatabase& scanned,
             .selection_hash = selection_hash,
             .first_metric = as_utf8(selection.first_metric),
             .second_metric = as_utf8(selection.second_metric),
+            .reference = reference,
             .database = scanned.description(),
             .warnings = warnings,
             .plan = options.plan,
-            .sentinel_pairs = distances && options.plan.sentinels > 0
-                                  ? scan::sentinel_pairs(distances->pairs())
-                                  : 0,
+            .sentinel_pairs = trials.sentinel_pairs,
+            // An original has a place of its own.
             .lots = {.sides = !options.keep_sides,
-                     .pairs = !options.keep_pairs,
+                     .pairs = !options.keep_pairs && reference.empty(),
                      .order = !options.keep_order},
             .view = kit_view(options.image.complete_view()),
-            .practice = scan::practice_of(selection),
-            .trials = scan::plan_kit(selection, distances ? &*distances : nullptr, options.plan)};
+            .practice = std::move(trials.practice),
+            .trials = std::move(trials.list)};
 }
 
 /// PNG files, [material][light].
@@ -172,6 +220,9 @@ void print_summary(const Options& options, const engine::Database& database, con
             std::ranges::count(kit.trials, kind, &scan::KitTrial::kind));
     };
     print_result("database", database_text(database));
+    if (!kit.reference.empty()) {
+        print_result("question", reference_question(kit.reference));
+    }
     print_result("trials",
                  fmt::format("{}: {} of the selection, {}, {}, {}", kit.trials.size(),
                              count(scan::TrialKind::selection),
@@ -179,11 +230,21 @@ void print_summary(const Options& options, const engine::Database& database, con
                              counted(count(scan::TrialKind::sentinel), "sentinel"),
                              counted(count(scan::TrialKind::random), "random disagreement")));
     if (kit.sentinel_pairs > 0) {
-        print_result("sentinels",
-                     fmt::format("{} of {}, from the {} closest and the {} farthest of all pairs",
-                                 count(scan::TrialKind::sentinel), kit.plan.sentinels,
-                                 fmt::group_digits(kit.sentinel_pairs),
-                                 fmt::group_digits(kit.sentinel_pairs)));
+        const auto drawn = fmt::group_digits(kit.sentinel_pairs);
+        print_result(
+            "sentinels",
+            fmt::format("{} of {}, {}", count(scan::TrialKind::sentinel), kit.plan.sentinels,
+                        kit.reference.empty()
+                            ? fmt::format("from the {} closest and the {} farthest of all pairs",
+                                          drawn, drawn)
+                            : fmt::format("an original itself against one of the {} farthest "
+                                          "approximations",
+                                          drawn)));
+    }
+    if (count(scan::TrialKind::random) < kit.plan.random) {
+        print_result("random", fmt::format("{} of {}: no more disagreements were found beside the "
+                                           "selection",
+                                           count(scan::TrialKind::random), kit.plan.random));
     }
     print_result("spheres", fmt::format("{}, {}", counted(materials, "material"),
                                         counted(options.image.lights.size(), "light")));
@@ -210,11 +271,13 @@ int run(const Options& options) {
     const auto selection = scan::parse_selection(text, options.selection);
     const auto found =
         find_scan_record(options.selection, "selection.csv", hash_of(text), &selection);
-    const auto distances = read_distances(options, selection, found);
+    const std::string reference = found.record ? found.record->reference : "";
+    auto trials = reference.empty() ? pair_trials(options, selection, found)
+                                    : reference_trials(options, selection, found);
     const ScannedDatabase scanned(found, options.selection, options.database, options.quiet);
     std::ranges::for_each(scanned.warnings(), print_warning);
     const auto& database = scanned.database();
-    kit = kit_of(options, scanned, selection, hash_of(text), distances);
+    kit = kit_of(options, scanned, selection, hash_of(text), reference, std::move(trials));
     const auto shown = scan::shown_materials(kit);
     const auto places = places_of(shown, database);
     Images images(shown.size());
@@ -254,7 +317,8 @@ void add_plan_options(CLI::App& command, Options& options) {
         ->capture_default_str();
     command
         .add_option("--sentinels", options.plan.sentinels,
-                    "Configurations on which both metrics agree strongly")
+                    "Configurations on which both metrics agree strongly, or after scan "
+                    "--reference the original itself beside a far approximation")
         ->transform(whole_number(0, 1000))
         ->capture_default_str();
     command
@@ -280,7 +344,8 @@ void add_judge(CLI::App& program, Command& chosen) {
     add_selection_option(*command, options->selection, "of a scan")->required();
     command
         ->add_option("--pairs", options->pairs,
-                     "The pairs.csv of the same scan (default: the one beside the selection)")
+                     "The pairs.csv of the same scan, or its approximations.csv after "
+                     "scan --reference (default: the one beside the selection)")
         ->transform(not_empty());
     add_database_options(
         *command, options->database,
@@ -297,9 +362,12 @@ void add_judge(CLI::App& program, Command& chosen) {
         "(docs/experiment.md).\n"
         "With several lights each side has a sphere for each. What is shown must be what was\n"
         "scanned: summary.json beside the selection names the database and has its hashes.\n"
+        "After scan --reference they see the original between two approximations, and say which\n"
+        "of the two looks more like it.\n"
         "\n"
         "Examples:\n"
         "  merl-scan judge --selection results/selection.csv --out kit\n"
+        "  merl-scan judge --selection fits/selection.csv --random 20 --out kit\n"
         "  merl-scan judge --selection results/selection.csv --light 1,1,1 --light -1,1,-0.5 --out "
         "kit");
     command->callback([&chosen, options] { chosen = [options] { return run(*options); }; });

@@ -116,6 +116,10 @@ ScanRecord record_of(const ordered_json& json, const std::string& summary) {
     record.summary = summary;
     record.files = texts_of(json, "files");
     record.selected_by = judged_metrics(json);
+    if (const auto reference = json.find("reference");
+        reference != json.end() && reference->is_object()) {
+        record.reference = text_of(*reference, "label");
+    }
     for (const char* const key : {"database", "distances"}) {
         if (json.contains(key) && json[key].is_object()) {
             record.source[key] = json[key];
@@ -207,6 +211,10 @@ FoundRecord find_scan_record(const std::string& file, const std::string& name,
                 true};
     }
     return {std::move(record), ""};
+}
+
+std::string reference_question(const std::string& reference) {
+    return fmt::format("which approximation looks more like the original, of \"{}\"?", reference);
 }
 
 std::string ScanRecord::stand_in() const {

@@ -40,6 +40,7 @@ struct ScanRecord {
     std::string content_hash;
     std::map<std::string, std::string> material_hashes;  // by name; older summaries have none
     std::map<std::string, std::string> files;  // hashes of the other results; older have none
+    std::string reference;                 // the label of the originals of a reference scan; UTF-8
     std::vector<std::string> selected_by;  // of judgements: whose disagreements they are on; UTF-8
 
     bool has_database() const { return !kind.empty(); }
@@ -47,6 +48,9 @@ struct ScanRecord {
     /// The name of the built-in database if it was scanned, in UTF-8; otherwise empty.
     std::string stand_in() const;
 };
+
+/// What judges were asked of a selection whose originals have this label.
+std::string reference_question(const std::string& reference);
 
 /// The record of a file of results, or why there is none.
 struct FoundRecord {

@@ -33,6 +33,7 @@ ordered_json page_data(const scan::Kit& kit) {
         trials.back().update(sides(trial.materials));
     }
     return {{"kit_hash", kit.kit_hash},
+            {"task", kit.reference.empty() ? "pairs" : "reference"},
             {"seed", kit.plan.seed},
             {"randomise", scan::lots_json(kit.lots)},
             {"background", kit.view.background},

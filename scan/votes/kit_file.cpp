@@ -134,7 +134,7 @@ KitTrial trial_of(const Object& object) {
                    .kind = *kind,
                    .materials = read_sides(object),
                    .agreement = std::nullopt};
-    if (const auto fault = fault_of(trial.materials); !fault.empty()) {
+    if (const auto fault = fault_of_trial(trial.materials, *kind); !fault.empty()) {
         object.fail(fault);
     }
     if (*kind == TrialKind::sentinel) {
@@ -205,9 +205,9 @@ class KitFilter {
     static constexpr int kDeepest = 100;
     static constexpr int kMostValues = 200'000;  // below a key of the kit
     static constexpr int kMostValuesOfTrial = 100;
-    static constexpr std::array<std::string_view, 11> kKeysOfKit = {
-        "format",   "program",  "kit_hash", "seed",     "selection_hash", "metrics",
-        "database", "warnings", "options",  "practice", "trials"};
+    static constexpr std::array<std::string_view, 12> kKeysOfKit = {
+        "format",    "program",  "kit_hash", "seed",    "selection_hash", "metrics",
+        "reference", "database", "warnings", "options", "practice",       "trials"};
     static constexpr std::array<std::string_view, 6> kKeysOfTrial = {
         "configuration", "kind", "left", "right", "expected", "agreement"};
 
@@ -337,6 +337,22 @@ void read_options(const Object& options, Kit& kit) {
     options.read("encoding", kit.view.encoding);
 }
 
+/// Throws InputError unless the trials are as the reference says.
+void check_reference(const Kit& kit) {
+    for (std::size_t i = 0; i < kit.trials.size(); ++i) {
+        const auto& m = kit.trials[i].materials;
+        if (kit.reference.empty() ? m[0] == m[1] || m[2] == m[3]
+                                  : m[0] != m[2] || !m[0].starts_with(kit.reference + "/")) {
+            throw InputError(fmt::format(
+                "{}, trials[{}]: found {} and {} against {} and {}; expected {}", kit.file, i, m[0],
+                m[1], m[2], m[3],
+                kit.reference.empty()
+                    ? "two materials on each side"
+                    : fmt::format("an original, \"{}/…\", first on both sides", kit.reference)));
+        }
+    }
+}
+
 ordered_json sides_json(const FourMaterials& m) {
     return {{"left", {m[0], m[1]}}, {"right", {m[2], m[3]}}};
 }
@@ -420,8 +436,11 @@ ordered_json kit_json(const Kit& kit) {
     object.update(ordered_json{{"kit_hash", kit.kit_hash},
                                {"seed", kit.plan.seed},
                                {"selection_hash", kit.selection_hash},
-                               {"metrics", {kit.first_metric, kit.second_metric}},
-                               {"database", database_json(kit)},
+                               {"metrics", {kit.first_metric, kit.second_metric}}});
+    if (!kit.reference.empty()) {
+        object["reference"] = kit.reference;
+    }
+    object.update(ordered_json{{"database", database_json(kit)},
                                {"warnings", kit.warnings},
                                {"options", options_json(kit)},
                                {"practice", sides_json(kit.practice)},
@@ -469,6 +488,7 @@ Kit parse_kit(std::string_view text, const std::string& file) {
     if (const json* const warnings = object.find("warnings")) {
         kit.warnings = read_warnings(*warnings, object);
     }
+    object.read("reference", kit.reference);
     object.read("seed", kit.plan.seed);
     if (const auto options = object.object("options")) {
         read_options(*options, kit);
@@ -479,6 +499,7 @@ Kit parse_kit(std::string_view text, const std::string& file) {
     if (!object.at("trials").is_array() || kit.trials.empty()) {
         object.fail(fmt::format("\"trials\": expected an array of 1 to {} trials", max_trials));
     }
+    check_reference(kit);
     return kit;
 }
 

@@ -65,6 +65,9 @@ struct Kit {
     std::string selection_hash;
     std::string first_metric;
     std::string second_metric;
+    /// The label of the originals where judges say which of two approximations looks more like the
+    /// original; every trial has that first on both sides. Empty: which of two pairs is more alike.
+    std::string reference;
     KitDatabase database;
     std::vector<std::string> warnings;
     KitPlan plan;

@@ -3,10 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <boost/random/uniform_int_distribution.hpp>
 #include <cmath>
 #include <numeric>
-#include <random>
 #include <set>
 #include <stdexcept>
 #include <utility>
@@ -14,37 +12,10 @@
 #include "engine/base/error.h"
 #include "scan/io/input.h"
 #include "scan/pairs/agreement.h"
+#include "scan/votes/kit_lots.h"
 
 namespace merl::scan {
 namespace {
-
-/// What is drawn for; each has numbers of its own, so that one option does not change another's.
-enum class Purpose : std::uint32_t { sentinels = 1, random = 2, repeats = 3 };
-
-class Lots {
-  public:
-    Lots(std::uint64_t seed, Purpose purpose) {
-        std::seed_seq sequence{static_cast<std::uint32_t>(seed),
-                               static_cast<std::uint32_t>(seed >> 32U),
-                               static_cast<std::uint32_t>(purpose)};
-        random_.seed(sequence);
-    }
-
-    /// 0 to count - 1. The standard library's distribution may differ from one to the next.
-    std::size_t draw(std::size_t count) {
-        return boost::random::uniform_int_distribution<std::size_t>(0, count - 1)(random_);
-    }
-
-    template <typename T>
-    void shuffle(std::vector<T>& list) {
-        for (std::size_t left = list.size(); left > 1; --left) {
-            std::swap(list[left - 1], list[draw(left)]);
-        }
-    }
-
-  private:
-    std::mt19937_64 random_;
-};
 
 std::optional<std::uint32_t> pair_of(const std::string& one, const std::string& other,
                                      const Distances& distances) {
@@ -70,40 +41,17 @@ FourMaterials materials_of(std::uint32_t left, std::uint32_t right, const Distan
     return {names[l.first], names[l.second], names[r.first], names[r.second]};
 }
 
-/// 0 for the pair with the smallest distance; pairs at the same distance in pair order.
-std::vector<std::uint32_t> ranks_of(const std::vector<double>& values) {
-    std::vector<std::uint32_t> order(values.size());
-    std::iota(order.begin(), order.end(), 0U);
-    std::ranges::stable_sort(order, {}, [&](std::uint32_t pair) { return values[pair]; });
-    std::vector<std::uint32_t> ranks(values.size());
-    for (std::uint32_t rank = 0; rank < order.size(); ++rank) {
-        ranks[order[rank]] = rank;
-    }
-    return ranks;
-}
-
-/// So many of the pairs with the smallest keys.
-std::vector<std::uint32_t> smallest(const std::vector<std::uint32_t>& keys, std::size_t count) {
-    std::vector<std::uint32_t> pairs(keys.size());
-    std::iota(pairs.begin(), pairs.end(), 0U);
-    std::ranges::stable_sort(pairs, {}, [&](std::uint32_t pair) { return keys[pair]; });
-    pairs.resize(count);
-    return pairs;
-}
-
 void add_sentinels(std::vector<KitTrial>& trials, const Distances& distances, const KitPlan& plan) {
     const auto first = ranks_of(distances.first);
     const auto second = ranks_of(distances.second);
     std::vector<std::uint32_t> near(first.size());
-    std::vector<std::uint32_t> far(first.size());
     for (std::size_t i = 0; i < first.size(); ++i) {
         near[i] = std::max(first[i], second[i]);
-        far[i] = static_cast<std::uint32_t>(first.size()) - std::min(first[i], second[i]);
     }
     Lots lots(plan.seed, Purpose::sentinels);
     const std::size_t candidates = sentinel_pairs(first.size());
     auto closest = smallest(near, candidates);
-    auto farthest = smallest(far, candidates);
+    auto farthest = smallest(farness(first, second), candidates);
     lots.shuffle(closest);
     lots.shuffle(farthest);
     std::set<std::uint32_t> taken;
@@ -138,7 +86,6 @@ void add_sentinels(std::vector<KitTrial>& trials, const Distances& distances, co
 
 void add_random(std::vector<KitTrial>& trials, const SelectionFile& selection, const Distances& d,
                 const KitPlan& plan) {
-    constexpr std::uint64_t most_draws = 10'000'000;
     std::set<std::pair<std::uint32_t, std::uint32_t>> taken;
     for (const auto& row : selection.configurations) {
         const auto& m = row.materials;
@@ -203,6 +150,18 @@ std::vector<KitTrial> plan_kit(const SelectionFile& selection, const Distances* 
     if (distances == nullptr && (plan.sentinels > 0 || plan.random > 0)) {
         throw std::invalid_argument("sentinels and random disagreements need distances");
     }
+    auto trials = selection_trials(selection);
+    if (plan.sentinels > 0) {
+        add_sentinels(trials, *distances, plan);
+    }
+    if (plan.random > 0) {
+        add_random(trials, selection, *distances, plan);
+    }
+    add_repeats(trials, plan);
+    return trials;
+}
+
+std::vector<KitTrial> selection_trials(const SelectionFile& selection) {
     std::vector<KitTrial> trials;
     for (const auto& row : selection.configurations) {
         trials.push_back({.configuration = trials.size() + 1,
@@ -211,13 +170,12 @@ std::vector<KitTrial> plan_kit(const SelectionFile& selection, const Distances* 
                           .expected = 0,
                           .agreement = row.agreement});
     }
-    if (plan.sentinels > 0) {
-        add_sentinels(trials, *distances, plan);
-    }
-    if (plan.random > 0) {
-        add_random(trials, selection, *distances, plan);
-    }
-    const std::size_t rows = selection.configurations.size();
+    return trials;
+}
+
+void add_repeats(std::vector<KitTrial>& trials, const KitPlan& plan) {
+    const auto rows =
+        static_cast<std::size_t>(std::ranges::count(trials, TrialKind::selection, &KitTrial::kind));
     std::vector<std::size_t> order(rows);
     std::iota(order.begin(), order.end(), std::size_t{0});
     Lots(plan.seed, Purpose::repeats).shuffle(order);
@@ -230,7 +188,6 @@ std::vector<KitTrial> plan_kit(const SelectionFile& selection, const Distances* 
         repeat.kind = TrialKind::repeat;
         trials.push_back(repeat);
     }
-    return trials;
 }
 
 FourMaterials practice_of(const SelectionFile& selection) {

@@ -55,6 +55,12 @@ std::size_t sentinel_pairs(std::size_t pairs);
 std::vector<KitTrial> plan_kit(const SelectionFile& selection, const Distances* distances,
                                const KitPlan& plan);
 
+/// The trials of the selection, in its order: what every plan begins with.
+std::vector<KitTrial> selection_trials(const SelectionFile& selection);
+
+/// Adds the repeats, with which every plan ends, to trials that begin with those of the selection.
+void add_repeats(std::vector<KitTrial>& trials, const KitPlan& plan);
+
 /// What judges practise on, which does not count: the last configuration of the selection with a
 /// left side that does not change. One side changes, the other does not: nobody can be wrong about
 /// what is meant.

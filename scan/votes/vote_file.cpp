@@ -60,7 +60,7 @@ class RowReader {
             row.vote =
                 static_cast<std::uint8_t>(choice(vote, "123", "1, 2, 3 or nothing (not answered)"));
         }
-        if (const auto fault = fault_of(row.shown); !fault.empty()) {
+        if (const auto fault = fault_of_trial(row.shown, row.kind); !fault.empty()) {
             reader_.fail(fault);
         }
         return row;
@@ -129,6 +129,13 @@ std::optional<TrialKind> kind_of(std::string_view name) {
     const auto* const found =
         std::ranges::find(kinds, name, [](const auto& k) { return k.second; });
     return found == kinds.end() ? std::nullopt : std::optional(found->first);
+}
+
+std::string fault_of_trial(const FourMaterials& m, TrialKind kind) {
+    const bool left = m[0] == m[1] && (m[2] == m[0]) != (m[3] == m[0]);
+    const bool right = m[2] == m[3] && (m[0] == m[2]) != (m[1] == m[2]);
+    const bool has_names = std::ranges::find(m, "") == m.end();
+    return kind == TrialKind::sentinel && (left || right) && has_names ? "" : fault_of(m);
 }
 
 VoteFile parse_votes(std::string_view text, const std::string& file) {

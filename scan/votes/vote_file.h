@@ -25,6 +25,10 @@ std::string_view kind_name(TrialKind kind);
 /// The kind of that name; none for any other text.
 std::optional<TrialKind> kind_of(std::string_view name);
 
+/// What is wrong with the materials of a trial (four_materials.h): a sentinel may have an original
+/// with itself on one side. Empty: nothing is.
+std::string fault_of_trial(const FourMaterials& materials, TrialKind kind);
+
 /// One trial of a judge, as the screen showed it.
 struct TrialRow {
     std::uint64_t line;  ///< of the file
@@ -32,8 +36,10 @@ struct TrialRow {
     std::uint64_t configuration;
     TrialKind kind;
     FourMaterials shown;
-    bool swapped;       ///< the screen's left is the right pair of the configuration
-    std::uint8_t vote;  ///< 1 smaller change on the left, 2 equal, 3 on the right; 0 no answer
+    bool swapped;  ///< the screen's left is the right pair of the configuration
+    /// 1 for the left: the smaller change, or more like the original; 2 equal, 3 for the right; 0
+    /// no answer.
+    std::uint8_t vote;
     std::optional<double> response_ms;
 };
 

@@ -8,6 +8,7 @@ import subprocess
 import tempfile
 
 import support
+from reference_selection import write_reference_selection
 from support import INPUT, OUTPUT, PROGRAM, USAGE, Case, read_csv, read_json, write_database
 
 KIT = ["index.html", "kit.json"]
@@ -156,6 +157,105 @@ class Judge(Case):
         (self.work / "there").mkdir()
         self.assert_refused(OUTPUT, ["there", "--force"], "judge", "--selection",
                             "results/selection.csv", "--database", "db", "--out", "there")
+
+
+class ReferenceJudge(Case):
+    """The kit of a reference scan: an original between two approximations."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.scanned = pathlib.Path(cls.enterClassContext(tempfile.TemporaryDirectory()))
+        cls.disagreements = write_reference_selection(cls.scanned)
+
+    def setUp(self):
+        super().setUp()
+        shutil.copytree(self.scanned, self.work, dirs_exist_ok=True)
+
+    def judge(self, *options, out="kit"):
+        output = self.assert_success("judge", "--selection", "results/selection.csv", "--size", "16",
+                                     "--out", out, *options)
+        return output, read_json(self.work / out / "kit.json")
+
+    def test_kit(self):
+        self.assertGreater(self.disagreements, 11)
+        output, kit = self.judge("--sentinels", "3", "--random", "2", "--repeats", "20")
+        self.assertIn('looks more like the original, of "measured"?', output)
+        self.assertIn("15: 8 of the selection, 2 repeats, 3 sentinels, 2 random disagreements", output)
+        self.assertIn("3 of 3, an original itself against one of the 20 farthest approximations",
+                      output)
+        self.assertEqual((kit["reference"], kit["options"]["sentinel_pairs"]), ("measured", 20))
+        # The original has a place of its own on the screen.
+        self.assertEqual(kit["options"]["randomise"], {"sides": True, "pairs": False, "order": True})
+        _, rows = read_csv(self.work / "results" / "selection.csv")
+        for trial, row in zip(kit["trials"], rows):
+            self.assertEqual(trial["left"] + trial["right"], row[1:5])
+        header, rows = read_csv(self.work / "results" / "approximations.csv")
+        distances = {row[1]: tuple(map(float, row[3:5])) for row in rows}
+        selected = {frozenset((t["left"][1], t["right"][1])) for t in kit["trials"][:8]}
+        for trial in kit["trials"]:
+            original, left = trial["left"]
+            same, right = trial["right"]
+            self.assertEqual(original, same)
+            self.assertTrue(original.startswith("measured/"))
+            name = original.removeprefix("measured/")
+            if trial["kind"] == "sentinel":
+                itself, other = (left, right) if trial["expected"] == 1 else (right, left)
+                self.assertEqual(itself, original)
+                self.assertTrue(other.endswith("/" + name) and other != original)
+            else:
+                self.assertEqual({m.split("/")[1] for m in (left, right)}, {name})
+                self.assertEqual(len({left, right, original}), 3)
+            if trial["kind"] == "random":
+                self.assertNotIn(frozenset((left, right)), selected)
+                self.assertLessEqual(distances[left][0], distances[right][0])
+                self.assertGreaterEqual(distances[left][1], distances[right][1])
+        practice = kit["practice"]
+        self.assertEqual(practice["left"], [practice["right"][0]] * 2)
+        data, images = page_data(self.work / "kit" / "index.html")
+        self.assertEqual((data["task"], len(images)), ("reference", len(data["materials"])))
+        self.assertNotIn("expected", json.dumps(data))
+        self.assertNotIn("cwcbrt", json.dumps(data))
+
+    def test_all_disagreements_there_are(self):
+        output, kit = self.judge("--random", "1000", "--sentinels", "0")
+        there = self.disagreements - 8
+        self.assertEqual([t["kind"] for t in kit["trials"]].count("random"), there)
+        self.assertIn(f"random          {there} of 1000: no more disagreements were found", output)
+
+    def test_a_selection_of_pairs_is_of_pairs(self):
+        write_database(self.work / "db", 6)
+        self.scan("--database", "db", "--select", "3", out="other")
+        self.assert_success("judge", "--selection", "other/selection.csv", "--size", "16", "--out",
+                            "kit", "--sentinels", "0", "--random", "0")
+        self.assertNotIn("reference", read_json(self.work / "kit" / "kit.json"))
+        self.assertEqual(page_data(self.work / "kit" / "index.html")[0]["task"], "pairs")
+
+    def test_approximations_are_missing_or_of_another_scan(self):
+        arguments = ("judge", "--selection", "results/selection.csv", "--size", "16", "--out", "kit")
+        path = self.work / "results" / "approximations.csv"
+        text = path.read_text()
+        path.rename(self.work / "a.csv")
+        self.assert_refused(INPUT, ["approximations.csv is missing", "--pairs", "--sentinels 0"],
+                            *arguments)
+        self.assert_success(*arguments, "--pairs", "a.csv")
+        self.assert_success(*arguments, "--sentinels", "0", "--random", "0", "--force")
+        self.assertEqual({t["kind"] for t in read_json(self.work / "kit" / "kit.json")["trials"]},
+                         {"selection", "repeat"})
+        first = read_csv(self.work / "results" / "selection.csv")[1][0]
+        path.write_text(text.replace(f"{first[2]},", "other/m00,", 1))
+        arguments = (*arguments, "--force")
+        self.assert_refused(INPUT, ["approximations.csv", first[2], "same scan"], *arguments)
+        path.write_text(text.replace(first[5], "123", 1))
+        self.assert_refused(INPUT, ["approximations.csv", "at 123 and", "row 1"], *arguments)
+        path.write_text(text.replace(",pawcielab", ",other", 1))
+        self.assert_refused(INPUT, ["approximations.csv", '"pawcielab"'], *arguments)
+
+    def test_the_selection_is_not_of_originals(self):
+        summary = read_json(self.work / "results" / "summary.json")
+        summary["reference"]["label"] = "abc"
+        (self.work / "results" / "summary.json").write_text(json.dumps(summary))
+        self.assert_refused(INPUT, ["selection.csv, row 1", '"abc/…", first on both sides'], "judge",
+                            "--selection", "results/selection.csv")
 
 
 if __name__ == "__main__":

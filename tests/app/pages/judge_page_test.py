@@ -16,6 +16,7 @@ import zlib
 import support
 from browser import ALT, CHROMIUM, CONTROL, META, SHIFT, Browser
 from png import pixel, read_png
+from reference_selection import LABELS, REFERENCE, write_reference_selection
 from support import PROGRAM, Case, read_csv, read_json, samples, write_database
 
 HOSTILE = ["</script><script>document.title='hit'</script>".replace("/", "\u2215"),
@@ -32,15 +33,24 @@ def png(width, height, rows):
             chunk(b"IDAT", zlib.compress(rows)) + chunk(b"IEND", b""))
 
 
-class Page(Case):
+class PageCase(Case):
+    """A kit and a browser, and what a judge does."""
+
+    title = "Which spheres change less?"
+    practised = "right side is smaller"  # in what stands after an answer 3
+
     @classmethod
     def setUpClass(cls):
         if CHROMIUM is None:
             raise AssertionError("there is no chromium; scripts/setup.sh installs it")
         cls.kits = pathlib.Path(cls.enterClassContext(tempfile.TemporaryDirectory()))
-        write_database(cls.kits / "db", {name: samples(i) for i, name in enumerate(HOSTILE)})
-        cls.program("scan", "--database", "db", "--select", "5", "--out", "results", "--quiet")
+        cls.select()
         cls.make_kit("kit")
+
+    @classmethod
+    def select(cls):
+        """Writes results/selection.csv."""
+        raise NotImplementedError
 
     @classmethod
     def program(cls, *arguments):
@@ -48,8 +58,8 @@ class Page(Case):
 
     @classmethod
     def make_kit(cls, out, *options):
-        cls.program("judge", "--selection", "results/selection.csv", "--database", "db", "--size",
-                    "48", "--sentinels", "1", "--random", "2", "--repeats", "40", "--out", out,
+        cls.program("judge", "--selection", "results/selection.csv", "--size", "48",
+                    "--sentinels", "1", "--random", "2", "--repeats", "40", "--out", out,
                     "--quiet", *options)
 
     def setUp(self):
@@ -129,7 +139,7 @@ class Page(Case):
         self.until_screen("trial")
         self.answer("3")
         self.assertEqual(self.screen(), "ready")
-        self.assertIn("right side is smaller", self.browser.text("#readyText"))
+        self.assertIn(self.practised, self.browser.text("#readyText"))
         self.step(lambda: self.browser.press("Enter"))
         self.assertEqual(self.screen(), "trial")
         # Votes are waited for, but where a judge is goes to the disk while the page goes on.
@@ -150,7 +160,7 @@ class Page(Case):
         self.assertEqual(self.browser.complaints(), [])
         outside = [url for url in self.browser.requests() if not url.startswith(("data:", "blob:"))]
         self.assertEqual(set(outside), {self.page.resolve().as_uri()})
-        self.assertEqual(self.browser.run("document.title"), "Which spheres change less?")
+        self.assertEqual(self.browser.run("document.title"), self.title)
 
     def assert_rows_are_of_the_kit(self, rows):
         """Each row is a trial of kit.json, once, on the sides that `swapped` says."""
@@ -165,6 +175,27 @@ class Page(Case):
             self.assertEqual([sorted(side) for side in shown], [sorted(side) for side in sides])
             self.assertEqual((row["seed"], row["kit_hash"]), ("1", self.kit["kit_hash"]))
         self.assertEqual(trials, {})
+
+    def assert_everything_is_in_the_window(self, sizes):
+        """Nothing of a configuration is outside of the window, or covered by something."""
+        for width, height in sizes:
+            self.browser.call("Emulation.setDeviceMetricsOverride", width=width, height=height,
+                              deviceScaleFactor=1, mobile=False)
+            self.browser.draw()
+            wrong = self.browser.run(
+                "[...document.querySelectorAll('#trial button, #hint, .side div.now canvas')].filter(e => {"
+                "const b = e.getBoundingClientRect(); const at = document.elementFromPoint(b.x + b.width / 2, b.y + b.height / 2);"
+                "return !(b.left >= 0 && b.top >= 0 && b.width > 20 && b.right <= innerWidth && b.bottom <= innerHeight &&"
+                "(e.contains(at) || e.tagName === 'CANVAS')); }).map(e => e.outerHTML.slice(0, 60))"
+                ".concat(document.documentElement.scrollWidth > innerWidth ? ['wide'] : [])")
+            self.assertEqual(wrong, [], f"{width} x {height}")
+
+
+class Page(PageCase):
+    @classmethod
+    def select(cls):
+        write_database(cls.kits / "db", {name: samples(i) for i, name in enumerate(HOSTILE)})
+        cls.program("scan", "--database", "db", "--select", "5", "--out", "results", "--quiet")
 
     def test_a_whole_experiment_by_keyboard(self):
         self.show()
@@ -942,20 +973,6 @@ class Page(Case):
         self.reload()  # does not ask
         self.assertEqual(self.screen(), "start")
 
-    def assert_everything_is_in_the_window(self, sizes):
-        """Nothing of a configuration is outside of the window, or covered by something."""
-        for width, height in sizes:
-            self.browser.call("Emulation.setDeviceMetricsOverride", width=width, height=height,
-                              deviceScaleFactor=1, mobile=False)
-            self.browser.draw()
-            wrong = self.browser.run(
-                "[...document.querySelectorAll('#trial button, #hint, .side div.now canvas')].filter(e => {"
-                "const b = e.getBoundingClientRect(); const at = document.elementFromPoint(b.x + b.width / 2, b.y + b.height / 2);"
-                "return !(b.left >= 0 && b.top >= 0 && b.width > 20 && b.right <= innerWidth && b.bottom <= innerHeight &&"
-                "(e.contains(at) || e.tagName === 'CANVAS')); }).map(e => e.outerHTML.slice(0, 60))"
-                ".concat(document.documentElement.scrollWidth > innerWidth ? ['wide'] : [])")
-            self.assertEqual(wrong, [], f"{width} x {height}")
-
     def test_touch_and_small_windows(self):
         self.show(width=320, height=480)
         self.begin()
@@ -1035,6 +1052,138 @@ class Page(Case):
         self.show_again()
         self.assertIn("Vilka sfärer", self.browser.text("#start h1"))
         self.assertEqual(self.browser.run("document.documentElement.lang"), "sv")
+
+
+class ReferencePage(PageCase):
+    """The kit of a reference scan: the original stands still between two approximations."""
+
+    title = "Which sphere looks more like the original?"
+    practised = "right sphere looks more like the one in the middle"
+
+    @classmethod
+    def select(cls):
+        write_reference_selection(cls.kits)
+
+    def on_screen(self):
+        """The names of what is seen on the left, in the middle and on the right."""
+        shown = self.browser.run(
+            "['left', 'middle', 'right'].map(id => [...document.querySelectorAll(`#${id} canvas`)]"
+            ".filter(c => getComputedStyle(c).visibility === 'visible').map(c => "
+            "kit.materials[images.findIndex(lights => c.sphere.src.endsWith(lights[0]))]))")
+        self.assertEqual([len(place) for place in shown], [1, 1, 1])
+        return [name for [name] in shown]
+
+    def test_a_whole_experiment_by_keyboard(self):
+        self.show()
+        start = self.browser.text("#start")
+        for words in "Look at the whole sphere", "left sphere looks more like", "all three spheres have been":
+            self.assertIn(words, start)
+        self.begin()
+        self.assertIn("the left sphere was the very one in the middle", self.browser.text("#practised"))
+        count = len(self.kit["trials"])
+        numbers = random.Random(2)
+        votes = [numbers.choice("123") for _ in range(count)]
+        seen = []
+        for vote in votes:
+            self.assertIn("Which of the two outer spheres", self.browser.text("#question"))
+            self.until("answerable")
+            seen.append(self.on_screen())
+            # Nobody learns what the spheres are.
+            words = self.browser.run("document.body.innerText + [...document.querySelectorAll('#trial *')]"
+                                     ".map(e => e.title + e.getAttribute('aria-label')).join()")
+            for label in REFERENCE, *LABELS:
+                self.assertNotIn(label, words)
+            self.answer(vote)
+        self.assertEqual(self.screen(), "survey")
+        asked = self.browser.run("[...new Set([...byId('questions').elements].map(e => e.name))].filter(n => n)")
+        self.assertEqual(asked, ["instructions_clear", "look_clear", "sphere_size", "keys_easy",
+                                 "vision_impairment", "comments"])
+        self.browser.run("document.querySelector('#questions button').click()")
+        rows = self.download("#saveVotes", "votes-anna.csv")
+        self.assert_rows_are_of_the_kit(rows)
+        self.assertEqual([row["vote"] for row in rows], votes)
+        self.assertEqual([[row["left_2"], row["left_1"], row["right_2"]] for row in rows], seen)
+        self.assertEqual([row["left_1"] for row in rows], [row["right_1"] for row in rows])
+        self.assertEqual({row["swapped"] for row in rows}, {"0", "1"})
+        self.assert_calm()
+        self.assert_success("votes", "saved-votes-anna.csv", "--selection",
+                            self.kits / "results" / "selection.csv", "--kit",
+                            self.page.parent / "kit.json", "--out", "analysis")
+        figures = read_json(self.work / "analysis" / "summary.json")["figures"]
+        sides = [4 - int(row["vote"]) if row["swapped"] == "1" else int(row["vote"])
+                 for row in rows if row["kind"] == "selection"]
+        self.assertEqual(figures["judges"][0]["votes"], [sides.count(side) for side in (1, 2, 3)])
+
+    def test_nothing_moves_and_no_answer_comes_before_a_look(self):
+        """At the true speed."""
+        self.show()
+        self.begin()
+        self.browser.run("speed = 1")
+        self.press("ArrowDown")
+        self.press("ArrowUp")
+        for _ in range(3):
+            self.until("answerable")
+            self.step(lambda: self.browser.press("2", "Digit2"))
+            self.browser.press("1", "Digit1")
+            seen = self.browser.run("[answerable, byId('hint').textContent, performance.now() - shownAt]")
+            if seen[2] < 450:  # or else this machine was too busy to be in a hurry
+                self.assertEqual(seen[:2], [False, "Look at all three spheres first. Then you can answer."])
+        times = [t for t in self.browser.run("judge.times") if t is not None]
+        self.assertGreaterEqual(min(times), 450)
+        self.until("answerable")
+        shown, end = self.on_screen(), time.monotonic() + 2.2
+        while time.monotonic() < end:
+            self.assertEqual(self.on_screen(), shown)
+            time.sleep(0.02)
+
+    def test_layout(self):
+        self.program("judge", "--selection", "results/selection.csv", "--size", "300", "--repeats", "0",
+                     "--sentinels", "0", "--random", "0", "--out", "large", "--quiet")
+        self.addCleanup(shutil.rmtree, self.kits / "large")
+        self.show("large", width=320, height=480)
+        self.begin()
+        sizes = [(320, 480), (390, 844), (568, 320), (768, 1024), (1024, 768), (1400, 900), (1920, 1080)]
+        self.assert_everything_is_in_the_window(sizes)
+        for width, height in sizes:
+            self.browser.call("Emulation.setDeviceMetricsOverride", width=width, height=height,
+                              deviceScaleFactor=1, mobile=False)
+            self.browser.draw()
+            left, middle, right = self.browser.run(
+                "['left', 'middle', 'right'].map(id => document.querySelector(`#${id} canvas`)"
+                ".getBoundingClientRect().toJSON())")
+            self.assertEqual({box["width"] for box in (left, middle, right)}, {left["height"]})
+            self.assertAlmostEqual(left["left"] + right["right"], middle["left"] + middle["right"], delta=2)
+            self.assertEqual(left["top"], right["top"])
+            # Neighbours are as near as there is room, and no sphere touches another.
+            if width > height:
+                self.assertEqual(middle["top"], left["top"])
+                self.assertGreaterEqual(middle["left"] - left["right"], 8)
+                self.assertLessEqual(middle["left"] - left["right"], 0.45 * width / 3)
+            else:
+                self.assertGreaterEqual(left["top"] - middle["bottom"], 8)
+                self.assertLessEqual(left["top"] - middle["bottom"], 20)
+                self.assertGreater(left["width"], 0.3 * width)
+        # What the viewer has set changes nothing.
+        path = self.work / "window.png"
+        place = self.browser.run("(b => ({x: b.x, y: Math.ceil(b.y), width: b.width, height: Math.floor(b.height)}))"
+                                 "(byId('sides').getBoundingClientRect())")
+        before = self.browser.screenshot(path, **place)
+        for feature, value in (("prefers-color-scheme", "dark"), ("forced-colors", "active")):
+            self.browser.call("Emulation.setEmulatedMedia", features=[{"name": feature, "value": value}])
+            self.browser.draw()
+            self.assertEqual(self.browser.screenshot(path, **place), before, feature)
+
+    def test_swedish_says_everything(self):
+        self.show()
+        self.assertEqual(self.browser.run("Object.keys(texts.en).sort().join()"),
+                         self.browser.run("Object.keys(texts.sv).sort().join()"))
+        self.browser.run("document.querySelector('[data-language=sv]').click()")
+        self.assertIn("Vilken sfär liknar originalet mest?", self.browser.text("#start h1"))
+        self.name("bo")
+        self.until_screen("trial")
+        self.assertIn("Vilken av de två yttre", self.browser.text("#question"))
+        self.assertEqual(self.browser.run("[...document.querySelectorAll('#votes span')].map(s => s.textContent)"),
+                         ["Den vänstra liknar mest", "Båda lika mycket", "Den högra liknar mest"])
 
 
 if __name__ == "__main__":

@@ -59,6 +59,41 @@ TEST(KitFile, IsReadAsItWasWritten) {
     EXPECT_EQ(kit_text(read), kit_text(kit));
 }
 
+constexpr std::string_view reference_kit =
+    R"({"kit_hash": "k", "selection_hash": "h", "metrics": ["x", "y"], "reference": "o", "trials": [
+    {"configuration": 1, "kind": "selection", "left": ["o/m", "a/m"], "right": ["o/m", "b/m"]},
+    {"configuration": 2, "kind": "sentinel", "left": ["o/m", "o/m"], "right": ["o/m", "b/m"],
+     "expected": 1}]})";
+
+TEST(KitFile, OfAReferenceIsReadAsItWasWritten) {
+    const Kit kit = parse_kit(reference_kit, "kit.json");
+    EXPECT_EQ(kit.reference, "o");
+    EXPECT_EQ(kit_json(kit)["reference"], "o");
+    EXPECT_EQ(parse_kit(kit_text(kit), "kit.json").reference, "o");
+    EXPECT_FALSE(kit_json(whole_kit()).contains("reference"));
+    const auto refused = [](const std::string& from, const std::string& to) -> std::string {
+        std::string text(reference_kit);
+        text.replace(text.find(from), from.size(), to);
+        try {
+            parse_kit(text, "kit.json");
+        } catch (const InputError& error) {
+            return error.what();
+        }
+        return "";
+    };
+    const auto* const expected = R"(expected an original, "o/…", first on both sides)";
+    EXPECT_THAT(refused(R"(["o/m", "a/m"])", R"(["a/m", "o/m"])"), ::testing::HasSubstr(expected));
+    EXPECT_THAT(refused(R"(["o/m", "a/m"])", R"(["o/n", "a/n"])"), ::testing::HasSubstr(expected));
+    EXPECT_THAT(refused(R"("reference": "o")", R"("reference": "p")"),
+                ::testing::HasSubstr("\"p/…\""));
+    EXPECT_THAT(refused(R"("reference": "o")", R"("reference": 1)"),
+                ::testing::HasSubstr("\"reference\": expected a text"));
+    EXPECT_THAT(
+        refused(R"("reference": "o", )", ""),
+        ::testing::HasSubstr("trials[1]: found o/m and o/m against o/m and b/m; expected two "
+                             "materials on each side"));
+}
+
 TEST(KitFile, WhatMayBeMissingIsAsByDefault) {
     const Kit kit = parse_kit(testing::small_kit, "kit.json");
     EXPECT_EQ(kit.version, "");

@@ -56,6 +56,18 @@ TEST(VoteFile, IsRead) {
     EXPECT_FALSE(second.response_ms.has_value());
 }
 
+TEST(VoteFile, ASentinelMayShowAnOriginalWithItself) {
+    EXPECT_EQ(parse_votes(kHeader + "j,1,1,sentinel,o,o,o,b,0,1,,s,k\n"
+                                    "j,2,2,sentinel,o,b,o,o,1,3,,s,k\n",
+                          "ann.csv")
+                  .rows.size(),
+              2);
+    expect_refused(kHeader + "j,1,1,random,o,o,o,b,0,1,,s,k\n", {"\"o\" twice"});
+    expect_refused(kHeader + "j,1,1,sentinel,o,o,b,c,0,1,,s,k\n", {"\"o\" twice"});
+    expect_refused(kHeader + "j,1,1,sentinel,o,o,o,o,0,1,,s,k\n", {"\"o\" twice"});
+    expect_refused(kHeader + "j,1,1,sentinel,o,o,o,,0,1,,s,k\n", {"without a name"});
+}
+
 TEST(VoteFile, BadFilesAreExplained) {
     const auto row = [](const std::string& start, const std::string& end) {
         return fmt::format("{}{},a,b,c,d,{}\n", kHeader, start, end);
