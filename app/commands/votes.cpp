@@ -31,6 +31,7 @@
 #include "scan/io/csv.h"
 #include "scan/io/input.h"
 #include "scan/votes/kit_file.h"
+#include "scan/votes/reference_kit_plan.h"
 #include "scan/votes/survey_file.h"
 #include "scan/votes/vote_statistics.h"
 #include "scan/votes/vote_tables.h"
@@ -123,6 +124,12 @@ Inputs read_inputs(const Options& options, ordered_json& sources) {
         throw_if_interrupted();
     }
     inputs.votes = scan::gather_votes(selection, selection_hash, kit ? &*kit : nullptr, files);
+    if (!kit && inputs.scanned) {  // as `judge` has it
+        inputs.votes.reference = inputs.scanned->reference;
+    }
+    if (!inputs.votes.reference.empty()) {
+        scan::expect_reference(selection, inputs.votes.reference);
+    }
     for (const auto& path : options.survey) {
         ordered_json source;
         scan::parse_survey(read(path, source), path, inputs.survey);
@@ -142,6 +149,23 @@ std::string p_text(double p) {
     return std::isnan(p) ? "-" : fmt::format("{:.2g}", p);
 }
 
+/// What intervals have for clusters beside judges.
+std::string clusters_text(const scan::Votes& votes) {
+    return votes.reference.empty() ? "materials" : "originals";
+}
+
+/// How often each label was taken for the original, alone and beside each other one.
+void print_approximations(const scan::OverallVotes& o) {
+    for (const auto& row : o.approximations) {
+        print_result("",
+                     fmt::format("{:<24}chosen {}, equal {}, not {}: {} in {}",
+                                 row.other.empty() ? row.label : row.label + " beside " + row.other,
+                                 fmt::group_digits(row.votes[0]), fmt::group_digits(row.votes[1]),
+                                 fmt::group_digits(row.votes[2]), estimate_text(row.share),
+                                 counted(row.configurations, "configuration")));
+    }
+}
+
 void print_overall(const std::string& name, const scan::Votes& votes, const scan::OverallVotes& o) {
     const auto line = [&](const std::string& side, std::size_t option) {
         print_result(
@@ -155,13 +179,15 @@ void print_overall(const std::string& name, const scan::Votes& votes, const scan
     line(votes.second_metric + " right", 2);
     print_result("", fmt::format("majorities: {} {}, {} {}", votes.first_metric, o.first_right,
                                  votes.second_metric, o.second_right));
-    print_result("", fmt::format("overall p {} (judges and materials as clusters); judges {} to "
-                                 "{}, sign test p {}",
-                                 o.lead.too_few.empty() ? p_text(o.p_value) : "[too few]",
-                                 o.judges_first, o.judges_second, p_text(o.judges_p)));
+    print_result(
+        "", fmt::format("overall p {} (judges and {} as clusters); judges {} to "
+                        "{}, sign test p {}",
+                        o.lead.too_few.empty() ? p_text(o.p_value) : "[too few]",
+                        clusters_text(votes), o.judges_first, o.judges_second, p_text(o.judges_p)));
     if (!o.lead.too_few.empty()) {
         print_result("", fmt::format("too few for intervals: {}", o.lead.too_few));
     }
+    print_approximations(o);
 }
 
 void print_significance(const scan::Votes& votes, const scan::Significance& s) {
@@ -233,17 +259,20 @@ void print_summary(const Options& options, const Inputs& inputs,
         print_result("database", stand_in);
     }
     print_result("metrics", fmt::format("{}, {}", votes.first_metric, votes.second_metric));
+    if (!votes.reference.empty()) {
+        print_result("question", reference_question(votes.reference));
+    }
     print_overall("selection", votes, statistics.selection);
     if (statistics.random) {
         print_overall("random", votes, *statistics.random);
     }
     print_significance(votes, statistics.significance);
     print_judges(votes, statistics);
-    print_result(
-        "intervals",
-        fmt::format("95 %, judges and materials as clusters; of alpha: {} bootstrap "
-                    "samples, seed {}",
-                    fmt::group_digits(options.bootstrap.replicates), options.bootstrap.seed));
+    print_result("intervals",
+                 fmt::format("95 %, judges and {} as clusters; of alpha: {} bootstrap "
+                             "samples, seed {}",
+                             clusters_text(votes), fmt::group_digits(options.bootstrap.replicates),
+                             options.bootstrap.seed));
     print_result("results", options.out + ": open votes.html in a browser");
 }
 

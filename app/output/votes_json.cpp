@@ -36,16 +36,34 @@ ordered_json materials(const scan::FourMaterials& m) {
     return {{"left", {as_utf8(m[0]), as_utf8(m[1])}}, {"right", {as_utf8(m[2]), as_utf8(m[3])}}};
 }
 
+ordered_json approximations(const std::vector<scan::ApproximationVotes>& rows) {
+    ordered_json list = ordered_json::array();
+    for (const auto& row : rows) {
+        list.push_back(
+            {{"label", as_utf8(row.label)},
+             {"other", row.other.empty() ? ordered_json() : ordered_json(as_utf8(row.other))},
+             {"configurations", row.configurations},
+             {"votes", row.votes},
+             {"share", estimate_json(row.share)}});
+    }
+    return list;
+}
+
 ordered_json overall(const scan::OverallVotes& o) {
-    return {{"votes", o.sides.votes},
-            {"missing", o.sides.missing},
-            {"shares",
-             {estimate_json(o.shares[0]), estimate_json(o.shares[1]), estimate_json(o.shares[2])}},
-            {"lead", estimate_json(o.lead)},
-            {"p_value", figure_json(o.p_value)},
-            {"judges", {o.judges_first, o.judges_second}},
-            {"judges_p", figure_json(o.judges_p)},
-            {"majorities", {o.first_right, o.second_right}}};
+    ordered_json json = {
+        {"votes", o.sides.votes},
+        {"missing", o.sides.missing},
+        {"shares",
+         {estimate_json(o.shares[0]), estimate_json(o.shares[1]), estimate_json(o.shares[2])}},
+        {"lead", estimate_json(o.lead)},
+        {"p_value", figure_json(o.p_value)},
+        {"judges", {o.judges_first, o.judges_second}},
+        {"judges_p", figure_json(o.judges_p)},
+        {"majorities", {o.first_right, o.second_right}}};
+    if (!o.approximations.empty()) {
+        json["approximations"] = approximations(o.approximations);
+    }
+    return json;
 }
 
 ordered_json configuration(const scan::Votes& votes, const scan::ConfigurationVotes& row) {
@@ -101,6 +119,7 @@ ordered_json votes_json(const scan::Votes& votes, const scan::VoteStatistics& st
     }
     return {
         {"metrics", {as_utf8(votes.first_metric), as_utf8(votes.second_metric)}},
+        {"reference", votes.reference.empty() ? ordered_json() : ordered_json(votes.reference)},
         {"trials", votes.trials},
         {"selection", overall(statistics.selection)},
         {"random", statistics.random ? overall(*statistics.random) : ordered_json()},

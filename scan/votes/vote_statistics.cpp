@@ -3,10 +3,14 @@
 #include <algorithm>
 #include <boost/math/distributions/binomial.hpp>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <map>
 #include <set>
+#include <span>
+#include <utility>
 
+#include "scan/pairs/material_labels.h"
 #include "scan/statistics/crossed_share.h"
 #include "scan/statistics/krippendorff.h"
 #include "scan/statistics/sign_test.h"
@@ -31,21 +35,20 @@ std::vector<std::vector<std::uint8_t>> first_looks(const Votes& votes) {
     return sides;
 }
 
-/// The numbers of the materials of each configuration, each once, and how many there are.
-struct MaterialsOf {
+/// The numbers of the clusters that each configuration is in, each once, and how many there are:
+/// its materials, or its original alone.
+struct Clusters {
     std::vector<std::vector<std::uint32_t>> configurations;
     std::uint32_t count = 0;
 };
 
-MaterialsOf number_materials(const Votes& votes, TrialKind kind) {
-    MaterialsOf result;
+Clusters number_clusters(const Votes& votes) {
+    Clusters result;
     std::map<std::string, std::uint32_t> numbers;
     for (const auto& configuration : votes.configurations) {
         auto& list = result.configurations.emplace_back();
-        if (configuration.kind != kind) {
-            continue;
-        }
-        for (const auto& name : configuration.materials) {
+        const std::span<const std::string> all = configuration.materials;
+        for (const auto& name : votes.reference.empty() ? all : all.first(1)) {
             const auto number =
                 numbers.emplace(name, static_cast<std::uint32_t>(numbers.size())).first->second;
             if (std::ranges::find(list, number) == list.end()) {
@@ -57,11 +60,18 @@ MaterialsOf number_materials(const Votes& votes, TrialKind kind) {
     return result;
 }
 
+/// Indices of configurations.
+using Subset = std::vector<std::uint32_t>;
+
 class Statistics {
   public:
     Statistics(const Votes& votes, const BootstrapOptions& options,
                const std::function<void(double share)>& progress)
-        : votes_(votes), options_(options), progress_(progress), looks_(first_looks(votes)) {}
+        : votes_(votes),
+          options_(options),
+          progress_(progress),
+          looks_(first_looks(votes)),
+          clusters_(number_clusters(votes)) {}
 
     VoteStatistics compute() const {
         VoteStatistics result{};
@@ -85,6 +95,16 @@ class Statistics {
     bool has(TrialKind kind) const {
         return std::ranges::any_of(votes_.configurations,
                                    [&](const auto& c) { return c.kind == kind; });
+    }
+
+    Subset of_kind(TrialKind kind) const {
+        Subset subset;
+        for (std::uint32_t k = 0; k < votes_.configurations.size(); ++k) {
+            if (votes_.configurations[k].kind == kind) {
+                subset.push_back(k);
+            }
+        }
+        return subset;
     }
 
     OptionCounts sides_of(std::uint32_t configuration) const {
@@ -158,20 +178,20 @@ class Statistics {
         return s;
     }
 
-    /// The mean of what votes on configurations of this kind are worth, with sides undone: `worth`
-    /// of votes 1, 2 and 3.
-    CrossedShare crossed_share(TrialKind kind, const std::array<double, 3>& worth) const {
+    /// The mean of what votes on these configurations are worth, with sides undone: `worth` of the
+    /// votes 1, 2 and 3 on a configuration.
+    template <typename Worth>
+    CrossedShare crossed_share(const Subset& subset, const Worth& worth) const {
         std::vector<CrossedValue> values;
         for (std::uint32_t j = 0; j < looks_.size(); ++j) {
-            for (std::uint32_t k = 0; k < votes_.configurations.size(); ++k) {
-                if (votes_.configurations[k].kind == kind && looks_[j][k] != 0) {
-                    values.push_back({j, k, worth.at(looks_[j][k] - 1U)});
+            for (const std::uint32_t k : subset) {
+                if (looks_[j][k] != 0) {
+                    values.push_back({j, k, worth(k).at(looks_[j][k] - 1U)});
                 }
             }
         }
-        const auto materials = number_materials(votes_, kind);
-        return {values, static_cast<std::uint32_t>(looks_.size()), materials.configurations,
-                materials.count};
+        return {values, static_cast<std::uint32_t>(looks_.size()), clusters_.configurations,
+                clusters_.count};
     }
 
     OverallVotes overall(const VoteStatistics& result, TrialKind kind) const {
@@ -188,6 +208,9 @@ class Statistics {
             o.second_right += row.sides.votes[0] < row.sides.votes[2] ? 1 : 0;
         }
         add_shares(o, kind);
+        if (!votes_.reference.empty()) {
+            o.approximations = approximations(kind);
+        }
         for (std::size_t j = 0; j < looks_.size(); ++j) {
             const auto sides = sides_of_judge(j, kind);
             o.judges_first += sides.votes[0] > sides.votes[2] ? 1 : 0;
@@ -197,29 +220,33 @@ class Statistics {
         return o;
     }
 
-    /// Judges who voted on any configuration of a kind.
-    std::uint64_t judges_of(TrialKind kind) const {
-        std::uint64_t judges = 0;
-        for (std::size_t j = 0; j < looks_.size(); ++j) {
-            judges += sides_of_judge(j, kind).answered() > 0 ? 1 : 0;
-        }
-        return judges;
+    /// Judges who voted on any of these configurations.
+    std::uint64_t judges_of(const Subset& subset) const {
+        return static_cast<std::uint64_t>(std::ranges::count_if(looks_, [&](const auto& looks) {
+            return std::ranges::any_of(subset, [&](std::uint32_t k) { return looks[k] != 0; });
+        }));
     }
 
-    /// Why the votes on configurations of a kind are too few for intervals; empty if they are not.
-    std::string too_few_votes(TrialKind kind) const {
-        std::uint64_t configurations = 0;
-        std::set<std::string> materials;
-        for (std::uint32_t k = 0; k < votes_.configurations.size(); ++k) {
-            const auto& configuration = votes_.configurations[k];
-            if (configuration.kind == kind && sides_of(k).answered() > 0) {
-                ++configurations;
-                materials.insert(configuration.materials.begin(), configuration.materials.end());
-            }
+    /// Those of these configurations that anybody voted on.
+    Subset judged(const Subset& subset) const {
+        Subset result;
+        std::ranges::copy_if(subset, std::back_inserter(result),
+                             [&](std::uint32_t k) { return sides_of(k).answered() > 0; });
+        return result;
+    }
+
+    /// Why the votes on these configurations are too few for intervals; empty if they are not.
+    std::string too_few_votes(const Subset& subset) const {
+        std::set<std::uint32_t> clusters;
+        const auto configurations = judged(subset);
+        for (const std::uint32_t k : configurations) {
+            const auto& list = clusters_.configurations[k];
+            clusters.insert(list.begin(), list.end());
         }
         for (const auto& reason :
-             {too_few(judges_of(kind), "judges", least_judges),
-              too_few(configurations, "configurations"), too_few(materials.size(), "materials")}) {
+             {too_few(judges_of(subset), "judges", least_judges),
+              too_few(configurations.size(), "configurations"),
+              too_few(clusters.size(), votes_.reference.empty() ? "materials" : "originals")}) {
             if (!reason.empty()) {
                 return reason;
             }
@@ -229,22 +256,69 @@ class Statistics {
 
     /// Shares and lead. The lead is that of a share in which "equal" is half a vote.
     void add_shares(OverallVotes& o, TrialKind kind) const {
-        const std::string reason = too_few_votes(kind);
+        const auto subset = of_kind(kind);
+        const std::string reason = too_few_votes(subset);
+        const auto share = [&](const std::array<double, 3>& worth) {
+            return crossed_share(subset, [&](std::uint32_t) { return worth; });
+        };
         for (std::size_t option = 0; option < 3; ++option) {
             std::array<double, 3> worth{};
             worth.at(option) = 1;
-            o.shares.at(option) = crossed_share(kind, worth).estimate(reason);
+            o.shares.at(option) = share(worth).estimate(reason);
         }
-        const auto balance = crossed_share(kind, {0, 0.5, 1});
+        const auto balance = share({0, 0.5, 1});
         o.lead = balance.estimate(reason);
-        for (double* const share : {&o.lead.value, &o.lead.interval.low, &o.lead.interval.high}) {
-            *share = 2 * *share - 1;
+        for (double* const end : {&o.lead.value, &o.lead.interval.low, &o.lead.interval.high}) {
+            *end = 2 * *end - 1;
         }
         // However few differ, judges who all agree may do so by chance: as with as many throws of a
         // coin.
         o.p_value = o.lead.too_few.empty()
-                        ? std::max(sign_test(judges_of(kind), 0), balance.p_value(0.5))
+                        ? std::max(sign_test(judges_of(subset), 0), balance.p_value(0.5))
                         : none;
+    }
+
+    /// How often each label was chosen, by itself and beside each other one.
+    std::vector<ApproximationVotes> approximations(TrialKind kind) const {
+        // Configurations by label and other label; with an empty one those of all others.
+        std::map<std::pair<std::string, std::string>, Subset> subsets;
+        for (const std::uint32_t k : judged(of_kind(kind))) {
+            const auto [left, right] = labels_of(k);
+            subsets[{left, ""}].push_back(k);
+            subsets[{right, ""}].push_back(k);
+            subsets[std::minmax(left, right)].push_back(k);
+        }
+        std::vector<ApproximationVotes> result;
+        result.reserve(subsets.size());
+        for (const auto& [labels, subset] : subsets) {
+            result.push_back(approximation_votes(labels.first, labels.second, subset));
+        }
+        std::stable_partition(result.begin(), result.end(),
+                              [](const auto& row) { return row.other.empty(); });
+        return result;
+    }
+
+    /// The labels of the left and the right approximation of a configuration.
+    std::pair<std::string, std::string> labels_of(std::uint32_t k) const {
+        const auto& m = votes_.configurations[k].materials;
+        return {std::string(labelled(m[1]).label), std::string(labelled(m[3]).label)};
+    }
+
+    ApproximationVotes approximation_votes(const std::string& label, const std::string& other,
+                                           const Subset& subset) const {
+        ApproximationVotes row{.label = label, .other = other, .share = {none, {none, none}}};
+        row.configurations = subset.size();
+        const auto is_left = [&](std::uint32_t k) { return labels_of(k).first == label; };
+        for (const std::uint32_t k : subset) {
+            const auto sides = sides_of(k);
+            row.votes[0] += sides.votes.at(is_left(k) ? 0 : 2);
+            row.votes[1] += sides.votes[1];
+            row.votes[2] += sides.votes.at(is_left(k) ? 2 : 0);
+        }
+        row.share = crossed_share(subset, [&](std::uint32_t k) {
+                        return is_left(k) ? std::array{1.0, 0.5, 0.0} : std::array{0.0, 0.5, 1.0};
+                    }).estimate(too_few_votes(subset));
+        return row;
     }
 
     OptionCounts sides_of_judge(std::size_t judge, TrialKind kind) const {
@@ -348,6 +422,7 @@ class Statistics {
     const BootstrapOptions& options_;
     const std::function<void(double share)>& progress_;
     std::vector<std::vector<std::uint8_t>> looks_;
+    Clusters clusters_;
 };
 
 }  // namespace

@@ -79,8 +79,18 @@ struct JudgeVotes {
     ResponseTimes times;
 };
 
+/// How often judges chose the approximations of one label, or those of one label beside another.
+struct ApproximationVotes {
+    std::string label;
+    std::string other;                     ///< empty: all others together
+    std::uint64_t configurations = 0;      ///< with votes
+    std::array<std::uint64_t, 3> votes{};  ///< more like the original: this one, equal, the other
+    Estimate share;                        ///< of the votes for it, "equal" as half a vote
+};
+
 /// The votes on all configurations of one kind together, with intervals that take both
-/// judges and materials as clusters (crossed_share.h).
+/// judges and materials as clusters (crossed_share.h), and where there are originals these alone:
+/// an approximation has no votes but with its original.
 struct OverallVotes {
     OptionCounts sides;
     std::array<Estimate, 3> shares;  ///< of the votes: first metric, equal, second metric
@@ -93,6 +103,8 @@ struct OverallVotes {
     double judges_p;            ///< exact sign test of these
     std::uint64_t first_right;  ///< configurations with a majority for the first metric
     std::uint64_t second_right;
+    /// Where there are originals: each label by itself, ascending, then every two with votes.
+    std::vector<ApproximationVotes> approximations;
 };
 
 /// What the p-values of the configurations of the selection say together, at significance_level.

@@ -270,6 +270,7 @@ Votes gather_votes(const SelectionFile& selection, const std::string& selection_
     }
     Votes votes{.first_metric = selection.first_metric,
                 .second_metric = selection.second_metric,
+                .reference = kit != nullptr ? kit->reference : "",
                 .kit_hash = files[0].kit_hash,
                 .with_kit = kit != nullptr,
                 .configurations = experiment.configurations(),

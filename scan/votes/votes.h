@@ -48,6 +48,9 @@ struct Judge {
 struct Votes {
     std::string first_metric;
     std::string second_metric;
+    /// The label of the originals where judges compared approximations with them (Kit::reference);
+    /// otherwise empty.
+    std::string reference = {};
     std::string kit_hash;
     bool with_kit;                                    ///< kit.json was there to check against
     std::vector<JudgedConfiguration> configurations;  ///< the selection's, then by number

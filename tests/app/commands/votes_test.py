@@ -10,6 +10,7 @@ import zlib
 
 import support
 from browser import CHROMIUM, Browser
+from reference_selection import write_reference_selection
 from support import INPUT, USAGE, Case, read_csv, read_json
 from tables import COLUMNS, write_rows, write_table
 
@@ -440,6 +441,123 @@ class Votes(Case):
             counts = [[int(part.split()[-1]) for part in text.split(", ")] for text in shares]
             leads = [two - one for one, _, two, _ in counts]
             self.assertEqual(leads, sorted(leads, reverse=True))
+
+    def reference_experiment(self, judges=6):
+        """Votes on a kit of originals, by judges who mostly find "mine" more like them than "ward",
+        and that than "abc". Returns the files, the kit, and the votes on each configuration: for the
+        left approximation, equal, for the right one."""
+        write_reference_selection(self.work)
+        self.selection = self.work / "results" / "selection.csv"
+        self.assert_success("judge", "--selection", self.selection, "--size", "16", "--sentinels", "3",
+                            "--random", "4", "--repeats", "25", "--out", "kit", "--quiet")
+        kit = read_json(self.work / "kit" / "kit.json")
+        counts, files = {}, []
+        for judge in range(judges):
+            rows = []
+            for trial in kit["trials"]:
+                places = [["mine", "ward", "abc"].index(trial[side][1].split("/")[0])
+                          if trial[side][1] != trial[side][0] else -1 for side in ("left", "right")]
+                better = 1 if places[0] < places[1] else 3
+                vote = self.random.choices([better, 2, 4 - better], [0.75, 0.1, 0.15])[0]
+                if trial["kind"] == "sentinel":
+                    self.assertEqual(better, trial["expected"])
+                    vote = 4 - better if judge == 0 else better
+                elif trial["kind"] != "repeat":
+                    of = counts.setdefault((trial["kind"], *trial["left"], trial["right"][1]), [0, 0, 0])
+                    of[vote - 1] += 1
+                swapped = self.random.random() < 0.5
+                sides = [trial["left"], trial["right"]]
+                rows.append([trial["configuration"], trial["kind"],
+                             *sum(reversed(sides) if swapped else sides, []), int(swapped),
+                             4 - vote if swapped else vote, 1000])
+            files.append(self.write_judge(f"judge {judge}", rows, kit=kit["kit_hash"]))
+        return files, kit, counts
+
+    def test_which_approximation_people_take_for_the_original(self):
+        files, kit, counts = self.reference_experiment()
+        arguments = ("votes", *files, "--selection", self.selection)
+        output = self.assert_success(*arguments, "--kit", "kit/kit.json", "--out", "out")
+        self.assertIn('which approximation looks more like the original, of "measured"?', output)
+        self.assertIn("overall p", output)
+        self.assertNotIn("judges and materials", output)
+        self.assertIn("judges and originals as clusters", output)
+        figures = read_json(self.work / "out" / "summary.json")["figures"]
+        self.assertEqual(figures["reference"], "measured")
+        self.assertEqual((figures["sentinels"]["answered"], figures["sentinels"]["passed"]), (18, 15))
+        self.assertEqual(sum(figures["selection"]["votes"]), 6 * 8)
+        for kind in "selection", "random":
+            plain = {}
+            for (of, original, left, right), votes in counts.items():
+                labels = [name.split("/")[0] for name in (left, right)]
+                both = sorted(labels)
+                for label, other, mine in ((labels[0], None, votes), (labels[1], None, votes[::-1]),
+                                           (*both, votes if both == labels else votes[::-1])):
+                    if of == kind:
+                        row = plain.setdefault((label, other), [0, 0, 0, 0])
+                        for i, number in enumerate([1, *mine]):
+                            row[i] += number
+            found = {(r["label"], r["other"]): [r["configurations"], *r["votes"]]
+                     for r in figures[kind]["approximations"]}
+            self.assertEqual(found, plain)
+            for row in figures[kind]["approximations"]:
+                chosen, equal, _ = row["votes"]
+                self.assertAlmostEqual(row["share"]["value"], (chosen + equal / 2) / sum(row["votes"]))
+        best = {r["label"]: r["share"]["value"] for r in figures["selection"]["approximations"]
+                if r["other"] is None}
+        self.assertEqual(max(best, key=best.get), "mine")
+        # Without the kit the summary beside the selection says what was asked.
+        self.assert_success(*arguments, "--out", "without")
+        without = read_json(self.work / "without" / "summary.json")["figures"]
+        self.assertEqual(without["selection"], figures["selection"])
+        self.assertIsNone(without["sentinels"])
+        # `score` takes the judgements, and its share of majorities is what can be counted.
+        result = self.run_program("score", "--judgements", "out/judgements.csv", "--metrics",
+                                  "cwcbrt,pawcielab", "--out", "score")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        score = read_json(self.work / "score" / "summary.json")
+        self.assertEqual(score["judgements"]["configurations"], 12)
+        self.assertEqual(score["intervals"]["configurations_without_reference"], 0)
+        untied = [votes for votes in counts.values() if votes[0] != votes[2]]
+        first = sum(votes[0] > votes[2] for votes in untied) / len(untied)
+        for metric, share in zip(score["metrics"], (first, 1 - first)):
+            self.assertAlmostEqual(metric["majorities"]["value"], share)
+        if CHROMIUM is None:
+            raise AssertionError("there is no chromium; scripts/setup.sh installs it")
+        with Browser() as browser:
+            for width in 1200, 390:
+                browser.open(self.work / "out" / "votes.html", width=width)
+                self.assertEqual(browser.complaints(), [])
+                self.assertLessEqual(browser.run("document.documentElement.scrollWidth"), width)
+            rows = browser.run("[...document.querySelectorAll('#approximations tbody')].map(b => "
+                               "[...b.rows].map(r => [...r.cells].map(c => c.textContent)))")
+            self.assertEqual(rows[0][0][0], "mine")
+            for row in rows[0]:
+                label, other = row[0], None if row[1] == "all others" else row[1]
+                turned = other is not None and label > other
+                key = (other, label) if turned else (label, other)
+                [known] = [r for r in figures["selection"]["approximations"]
+                           if (r["label"], r["other"]) == key]
+                votes = known["votes"][::-1] if turned else known["votes"]
+                self.assertEqual(row[3:7], [*map(str, votes), str(known["configurations"])])
+                share = known["share"]["value"]
+                self.assertTrue(row[2].startswith(f"{100 * (1 - share if turned else share):.1f} %"), row)
+            self.assertEqual(len(rows[0]), len(figures["selection"]["approximations"]))
+            self.assertEqual(rows[1][0], ["of random disagreements"])
+            self.assertIn("nearer to it under cwcbrt", browser.text("#rows-hint"))
+            self.assertIn("with the original itself on one side, 3 got another", browser.text("#checks"))
+            self.assertIn("judges and originals as clusters", browser.text("#lead"))
+
+    def test_votes_on_approximations_of_other_originals(self):
+        files, kit, _ = self.reference_experiment(judges=1)
+        path = self.work / "kit" / "kit.json"
+        kit["trials"][0]["left"].reverse()
+        path.write_text(json.dumps(kit))
+        self.assert_refused(INPUT, ["kit.json, trials[0]", '"measured/…", first on both sides'],
+                            "votes", *files, "--selection", self.selection, "--kit", path)
+        summary = self.work / "results" / "summary.json"
+        summary.write_text(summary.read_text().replace('{"label": "measured"}', '{"label": "abc"}'))
+        self.assert_refused(INPUT, ["selection.csv, row 1", '"abc/…", first on both sides'],
+                            "votes", *files, "--selection", self.selection)
 
     def test_power(self):
         output = self.assert_success("power", "--judges", "6:8", "--configurations", "100", "--p", "1")

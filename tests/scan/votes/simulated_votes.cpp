@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <random>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -46,6 +47,21 @@ Votes empty_votes(std::uint32_t judges, std::uint32_t configurations, std::uint3
     return votes;
 }
 
+Votes empty_reference_votes(std::uint32_t judges, std::uint32_t configurations,
+                            std::uint32_t originals, std::uint32_t seed) {
+    Votes votes = empty_votes(judges, configurations, 4);
+    votes.reference = std::string("o");
+    std::mt19937 random(seed);
+    for (std::uint32_t k = 0; k < configurations; ++k) {
+        const auto left = random() % 4;
+        const auto right = (left + 1 + random() % 3) % 4;
+        const auto name = [&](char label) { return fmt::format("{}/m{}", label, k % originals); };
+        votes.configurations[k].materials = {name('o'), name("abcd"[left]), name('o'),
+                                             name("abcd"[right])};
+    }
+    return votes;
+}
+
 Ballot ballot(std::uint32_t configuration, int side, bool swapped, bool repeat) {
     return {.configuration = configuration,
             .repeat = repeat,
@@ -55,18 +71,20 @@ Ballot ballot(std::uint32_t configuration, int side, bool swapped, bool repeat) 
 }
 
 Votes SimulatedJudges::run(std::uint32_t seed) const {
-    Votes votes = empty_votes(judges, configurations, materials, seed);
+    Votes votes = reference ? empty_reference_votes(judges, configurations, materials, seed)
+                            : empty_votes(judges, configurations, materials, seed);
     std::mt19937 random(seed + 1'000'000);
     std::normal_distribution<double> normal;
     std::vector<double> of_materials(materials);
     for (auto& effect : of_materials) {
-        effect = material_effect / 2 * normal(random);
+        effect = (reference ? 1 : 0.5) * material_effect * normal(random);
     }
     std::vector<double> seen;
     for (const auto& configuration : votes.configurations) {
         double x = mean + configuration_effect * normal(random);
-        for (const auto& name : configuration.materials) {
-            x += of_materials.at(std::stoul(name.substr(1)));
+        const std::span<const std::string> all = configuration.materials;
+        for (const auto& name : reference ? all.first(1) : all) {
+            x += of_materials.at(std::stoul(name.substr(name.find('m') + 1)));
         }
         seen.push_back(x);
     }

@@ -1,5 +1,6 @@
 // How often the intervals of `votes` hold the truth, and how wide they are: the tables of
-// docs/experiment.md. vote_coverage [EXPERIMENTS [CONFIGURATIONS MATERIALS]]
+// docs/experiment.md. vote_coverage [EXPERIMENTS [CONFIGURATIONS MATERIALS [originals]]], the last
+// for votes on approximations of so many originals
 
 #include <fmt/format.h>
 
@@ -11,6 +12,7 @@
 #include <exception>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "engine/base/number.h"
@@ -107,10 +109,12 @@ int run(std::span<char*> arguments) {
     SimulatedJudges simulation;
     simulation.configurations = argument(arguments, 2, simulation.configurations);
     simulation.materials = argument(arguments, 3, simulation.materials);
+    simulation.reference = arguments.size() > 4 && std::string_view(arguments[4]) == "originals";
     fmt::print(
-        "{} experiments each, {} configurations of {} materials: the lead's coverage "
+        "{} experiments each, {} configurations of {} {}: the lead's coverage "
         "(width)\n\n| effects of | lead |",
-        experiments, simulation.configurations, simulation.materials);
+        experiments, simulation.configurations, simulation.materials,
+        simulation.reference ? "originals" : "materials");
     for (const auto judges : numbers_of_judges) {
         fmt::print(" {} judges |", judges);
     }

@@ -8,6 +8,7 @@
 #include <functional>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "scan/votes/vote_tables.h"
@@ -278,6 +279,83 @@ TEST(VoteStatistics, IntervalsOfFewJudgesCover) {
     // Ten materials: each is in two fifths of the votes.
     EXPECT_GE(covered({.configurations = 30, .materials = 10, .material_effect = 2}, experiments),
               0.93 * experiments);
+}
+
+TEST(VoteStatistics, OriginalsAreTheClustersOfAReferenceKit) {
+    constexpr std::uint32_t experiments = 300;
+    for (const double mean : {0.0, 2.0}) {
+        const SimulatedJudges simulation{.judges = 8,
+                                         .materials = 20,
+                                         .judge_effect = 0.5,
+                                         .material_effect = 0.7,
+                                         .mean = mean,
+                                         .reference = true};
+        EXPECT_GE(covered(simulation, experiments), 0.93 * experiments);
+    }
+    // Nothing but originals: as many as there are, and none has anything to say about the others.
+    Votes votes = empty_reference_votes(9, 8, 4);
+    for (auto& judge : votes.judges) {
+        for (std::uint32_t k = 0; k < 8; ++k) {
+            judge.ballots.push_back(ballot(k, k % 2 == 0 ? 1 : 3));
+        }
+    }
+    expect_too_few(vote_statistics(votes, {.replicates = 0}), "originals: 4; expected 5 or more");
+}
+
+TEST(VoteStatistics, ApproximationsAreCountedByLabel) {
+    Votes votes = empty_reference_votes(2, 4, 4);
+    const auto set = [&](std::uint32_t k, const char* left, const char* right) {
+        const auto name = std::to_string(k);
+        votes.configurations[k].materials = {"o/" + name, left + name, "o/" + name, right + name};
+    };
+    set(0, "a/", "b/");
+    set(1, "b/", "a/");
+    set(2, "c/", "a/");
+    set(3, "c/", "b/");
+    votes.configurations[3].kind = TrialKind::random;
+    votes.judges[0].ballots = {ballot(0, 1, true), ballot(1, 3), ballot(2, 2), ballot(3, 1),
+                               ballot(0, 3, false, true)};  // the repeat does not count
+    votes.judges[1].ballots = {ballot(0, 3), ballot(1, 0), ballot(2, 3, true), ballot(3, 1)};
+    const auto s = vote_statistics(votes, {.replicates = 0});
+    const auto text = [](const std::vector<ApproximationVotes>& rows) {
+        std::string all;
+        for (const auto& row : rows) {
+            all +=
+                fmt::format("{}-{} {} {}:{}:{} {:.3f}\n", row.label, row.other, row.configurations,
+                            row.votes[0], row.votes[1], row.votes[2], row.share.value);
+        }
+        return all;
+    };
+    EXPECT_EQ(text(s.selection.approximations),
+              "a- 3 3:1:1 0.700\n"
+              "b- 2 1:0:2 0.333\n"
+              "c- 1 0:1:1 0.250\n"
+              "a-b 2 2:0:1 0.667\n"
+              "a-c 1 1:1:0 0.750\n");
+    EXPECT_EQ(text(s.random->approximations),
+              "b- 1 0:0:2 0.000\n"
+              "c- 1 2:0:0 1.000\n"
+              "b-c 1 0:0:2 0.000\n");
+    EXPECT_EQ(s.selection.approximations[0].share.too_few, "judges: 2; expected 3 or more");
+    // Whether a label is left or right of a configuration does not matter, nor does any other.
+    const SimulatedJudges simulation{.judges = 5, .configurations = 120, .reference = true};
+    auto simulated = simulation.run(3);
+    const auto before = vote_statistics(simulated, {.replicates = 0}).selection.approximations;
+    for (std::uint32_t k = 0; k < 120; k += 2) {
+        auto& m = simulated.configurations[k].materials;
+        std::swap(m[1], m[3]);
+        for (auto& judge : simulated.judges) {
+            judge.ballots[k] = ballot(k, 4 - judge.ballots[k].side());
+        }
+    }
+    const auto after = vote_statistics(simulated, {.replicates = 0}).selection.approximations;
+    ASSERT_EQ(text(after), text(before));
+    ASSERT_EQ(before.size(), 4U + 6);
+    for (std::size_t i = 0; i < before.size(); ++i) {
+        EXPECT_DOUBLE_EQ(after[i].share.interval.low, before[i].share.interval.low);
+        EXPECT_LT(before[i].share.interval.low, before[i].share.value);
+    }
+    EXPECT_TRUE(vote_statistics(thesis(), {.replicates = 0}).selection.approximations.empty());
 }
 
 TEST(VoteStatistics, TheOverallPIsThatOfTheInterval) {
