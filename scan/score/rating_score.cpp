@@ -246,7 +246,11 @@ ScoredNames score_names(const Ratings& ratings, double apart) {
     }
     result.approximations = known.worse.size();
     result.originals = known.rated.originals;
-    const auto figures = figures_of(known, apart);
+    auto figures = figures_of(known, apart);
+    // The better an approximation is, the worse is the mean of the others of its name: over all
+    // originals the order within a name is reversed, which is no fault of names.
+    figures.spearman.value = none;
+    figures.kendall.value = none;
     result.figures = estimates(figures, clusters_of(known.rated, apart));
     const bool is_complete = known.worse.size() == ratings.list.size();
     return {std::move(result), is_complete ? std::optional(figures) : std::nullopt};

@@ -37,7 +37,7 @@ struct NameScore {
     std::vector<double> predicted;  ///< of each rated approximation; not a number where it has none
     std::uint64_t approximations;   ///< that have one
     std::uint64_t originals;        ///< of these
-    RatingFigures figures;          ///< on these alone
+    RatingFigures figures;          ///< on these alone; correlations are not determined
 };
 
 /// A difference of two figures, paired.

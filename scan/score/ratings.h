@@ -52,8 +52,8 @@ struct Ratings {
 
 /// How names in ratings become materials.
 struct RatingNaming {
-    std::string reference;  ///< the label of the originals, or empty
-    RatingNames names;      ///< what stands for something else
+    std::string reference = {};  ///< the label of the originals, or empty
+    RatingNames names = {};      ///< what stands for something else
 };
 
 /// The rows of `file` whose materials are all there (`materials`, ascending), with the mean of the

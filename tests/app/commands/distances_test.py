@@ -101,10 +101,14 @@ class Tables(Case):
         x = {(a, b): x for a, b, x, _ in pairs}
         rows = [[a, *(x.get((a, b), x.get((b, a), 0)) for b in names)] for a in names]
         write_rows(self.work / "x.csv", ["", *names], rows)
-        self.assert_success("compare", "--distances", "x.csv", "--out", "compared")
-        header, rows = read_csv(self.work / "compared" / "distances.csv")
-        self.assertEqual(header, ["material_1", "material_2", "x"])
-        self.assertEqual([(*r[:2], float(r[2])) for r in rows], [(a, b, x) for a, b, x, _ in pairs])
+        write_rows(self.work / "said.csv", ["reference", "a", "b", "votes_a", "votes_b"],
+                   [["a", "b", "c", 3, 1], ["d", "e", "c", 2, 5], ["b", "e", "a", 1, 0]])
+        scores = []
+        for table in "t.csv", "x.csv":
+            self.assert_success("score", "--judgements", "said.csv", "--distances", table,
+                                "--metrics", "x", "--out", f"score-of-{table}")
+            scores.append((self.work / f"score-of-{table}" / "score.csv").read_bytes())
+        self.assertEqual(*scores)
 
     def test_tables_that_are_wrong(self):
         header = "material_1,material_2,x,y\n"

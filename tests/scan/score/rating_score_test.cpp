@@ -5,10 +5,12 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <limits>
 #include <random>
-#include <tuple>
 #include <string>
+#include <tuple>
 #include <vector>
 
 namespace merl::scan {
@@ -253,6 +255,63 @@ TEST(RatingScore, MadeUpRatingsWithAKnownAnswerAreRecovered) {
     EXPECT_LT(score.differences[0].spearman.p_holm, 0.001);
     EXPECT_GT(score.differences[1].pairs.estimate.interval.low, 0);
     EXPECT_THAT(score.doubts, IsEmpty());
+}
+
+/// How often intervals of so many studies have the truth in them: of spearman, kendall, pairs. A
+/// metric knows the quality well with some originals (correlation 0.9) and badly with others (0.3).
+std::array<double, 3> coverage(std::uint32_t originals, std::uint32_t studies) {
+    constexpr std::uint32_t methods = 4;
+    constexpr std::array<double, 2> known = {0.3, 0.9};
+    const double pi = std::acos(-1.0);
+    // Distances and ratings are normal. Two approximations are of one original, or of any two.
+    std::array<double, 3> truth = {};
+    double within = 0;
+    double between = 0;
+    for (const double r : known) {
+        truth[0] += 6 / pi * std::asin(r / 2) / 2;
+        within += 2 / pi * std::asin(r) / 2;
+        for (const double other : known) {
+            between += 2 / pi * std::asin((r + other) / 2) / 4;
+        }
+    }
+    const double share_within = (methods - 1.0) / (originals * methods - 1.0);
+    truth[1] = share_within * within + (1 - share_within) * between;
+    truth[2] = (1 + within) / 2;
+    std::mt19937_64 random(originals);
+    std::normal_distribution<double> normal;
+    std::array<double, 3> covered = {};
+    for (std::uint32_t s = 0; s < studies; ++s) {
+        std::vector<std::array<double, methods>> quality(originals);
+        std::vector<double> r(originals);
+        for (std::uint32_t o = 0; o < originals; ++o) {
+            r[o] = known.at(random() % 2);
+            std::ranges::generate(quality[o], [&] { return normal(random); });
+        }
+        const Study study(
+            originals, methods, [&](auto o, auto m) { return quality[o].at(m); },
+            [&](auto o, auto m) {
+                return 10 - r[o] * quality[o].at(m) - std::sqrt(1 - r[o] * r[o]) * normal(random);
+            });
+        const auto figures = study.score().metrics[0].figures;
+        const std::array estimates = {figures.spearman, figures.kendall, figures.pairs};
+        for (std::size_t f = 0; f < covered.size(); ++f) {
+            const auto& interval = estimates.at(f).interval;
+            covered.at(f) += interval.low <= truth.at(f) && truth.at(f) <= interval.high ? 1 : 0;
+        }
+    }
+    for (double& share : covered) {
+        share /= studies;
+    }
+    return covered;
+}
+
+TEST(RatingScore, IntervalsHaveTheTruthInThem) {
+    for (const std::uint32_t originals : {5U, 20U}) {
+        for (const double share : coverage(originals, 400)) {
+            EXPECT_GT(share, 0.9);
+            EXPECT_LT(share, 0.99);
+        }
+    }
 }
 
 }  // namespace
