@@ -95,6 +95,7 @@ std::vector<std::string> CsvReader::header_of_matrix() {
             fail("found no row; expected a header");
         }
     } while (is_blank(fields));
+    full_width_ = fields.size();
     while (is_blank(fields.back())) {
         fields.pop_back();
     }
@@ -208,12 +209,18 @@ void CsvReader::fit_to_header(std::vector<std::string>& fields) const {
         fields.pop_back();
     }
     if (fields.size() != width) {
-        // Not that each number needs quotes: a comma in a number is a mistake here.
-        fail(fmt::format("found {} fields; expected {}, as in the header{}", found, width,
-                         found > width && separator_ == ','
-                             ? " (a decimal comma makes two fields of a number: with semicolons "
-                               "between columns it does not)"
-                             : ""));
+        const auto* const hint =
+            found > width && separator_ == ','
+                ? " (a decimal comma makes two fields of a number: with semicolons between columns "
+                  "it does not)"
+                : "";
+        if (fields.size() > width && fields.size() <= full_width_) {
+            fail(
+                fmt::format("found \"{}\" in column {}, which is without a name; expected a name "
+                            "for it, or nothing below{}",
+                            fields.back(), fields.size(), hint));
+        }
+        fail(fmt::format("found {} fields; expected {}, as in the header{}", found, width, hint));
     }
     if (!numbers_rows_) {
         return;

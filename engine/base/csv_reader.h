@@ -84,9 +84,10 @@ class CsvReader {
     std::size_t position_ = 0;
     std::uint64_t line_ = 1;  // of position_
     std::uint64_t row_line_ = 1;
-    std::size_t width_ = 0;      // fields of the header that have a name; 0 without one
-    bool numbers_rows_ = false;  // in a column before these
-    char decimal_mark_ = 0;      // of the numbers so far; 0: none had one
+    std::size_t full_width_ = 0;  // fields of the header
+    std::size_t width_ = 0;       // fields of the header that have a name; 0 without one
+    bool numbers_rows_ = false;   // in a column before these
+    char decimal_mark_ = 0;       // of the numbers so far; 0: none had one
     std::uint64_t decimal_line_ = 0;
 };
 

@@ -41,7 +41,7 @@ const Format& format_of(const std::vector<std::string>& header, const CsvReader&
             continue;
         }
         if (found != nullptr) {
-            reader.fail(fmt::format("found the columns \"{}\" and \"{}\"; expected one of them",
+            reader.fail(fmt::format(R"(found the columns "{}" and "{}"; expected one of them)",
                                     found->columns[2], format.columns[2]));
         }
         found = &format;
@@ -87,7 +87,7 @@ RatingFile parse_ratings(std::string_view text, const std::string& file,
         if (result.rows.size() == max_judgement_rows) {
             reader.fail(fmt::format("found more than {} rows", max_judgement_rows));
         }
-        for (const std::size_t c : {0, 1}) {
+        for (const std::size_t c : {0U, 1U}) {
             if (fields[places[c]].empty()) {
                 reader.fail(fmt::format("{}: found no name; expected one", format.columns[c]));
             }

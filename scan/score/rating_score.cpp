@@ -267,6 +267,7 @@ FigureDifference difference_of(const ClusteredFigure& first, const ClusteredFigu
 void adjust(std::vector<RatingDifference>& differences,
             FigureDifference RatingDifference::*figure) {
     std::vector<double> p_values;
+    p_values.reserve(differences.size());
     for (const auto& row : differences) {
         // What cannot be told apart is a test like others.
         p_values.push_back(std::isnan((row.*figure).p_holm) ? 1 : (row.*figure).p_holm);
@@ -336,7 +337,7 @@ std::vector<std::string> doubts_of(const Ratings& ratings, const RatingScore& sc
     };
     if (score.name_alone && score.name_alone->approximations == ratings.list.size() &&
         std::ranges::none_of(score.differences, beats_names)) {
-        doubts.push_back(
+        doubts.emplace_back(
             "no metric is clearly better than the name of the approximation alone, which says "
             "nothing of the original");
     }
@@ -418,6 +419,7 @@ RatingScore score_ratings(const Ratings& ratings, const ListedDistances& table,
     std::vector<Figures> figures;
     for (const auto& column : table.metrics) {
         std::vector<double> distances;
+        distances.reserve(places.size());
         for (const auto place : places) {
             distances.push_back(column.values.at(place));
         }

@@ -73,11 +73,10 @@ RankCorrelation normalised(double c, double a, double b, std::span<const double>
     if (!(a > 0 && b > 0)) {
         return result;
     }
-    // In this order the correlation of a variable with itself is 1.
-    result.value = std::clamp(c / std::sqrt(a) / std::sqrt(b), -1.0, 1.0);
+    const double scale = std::sqrt(a * b);  // exactly a where a is b
+    result.value = std::clamp(c / scale, -1.0, 1.0);
     for (std::size_t k = 0; k < dc.size(); ++k) {
-        result.influences[k] =
-            dc[k] / std::sqrt(a) / std::sqrt(b) - result.value / 2 * (da[k] / a + db[k] / b);
+        result.influences[k] = dc[k] / scale - result.value / 2 * (da[k] / a + db[k] / b);
     }
     return result;
 }
