@@ -47,10 +47,6 @@ bool numbers_rows(const std::string& column) {
     return column.empty() || column == "Unnamed: 0";
 }
 
-bool is_decimal_mark(char c) {
-    return c == '.' || c == ',';
-}
-
 }  // namespace
 
 std::string columns_text(const std::vector<std::string>& header) {
@@ -108,7 +104,7 @@ bool CsvReader::next(std::vector<std::string>& fields) {
         if (!read_row(fields)) {
             return false;
         }
-    } while (width_ != 0 && is_blank(fields));
+    } while (width_ != 0 && is_blank(fields.front()) && is_blank(fields));
     if (width_ != 0) {
         fit_to_header(fields);
     }
@@ -116,20 +112,20 @@ bool CsvReader::next(std::vector<std::string>& fields) {
 }
 
 std::optional<double> CsvReader::number(std::string_view field) {
-    const auto mark = std::ranges::find_if(field, is_decimal_mark);
-    if (mark == field.end()) {
+    const auto mark = field.find_first_of(".,");
+    if (mark == std::string_view::npos) {
         return parse_finite(field);
     }
     std::optional<double> value;
-    if (*mark == '.') {
+    if (field[mark] == '.') {
         value = parse_finite(field);
     } else if (separator_ != ',' && field.find('.') == std::string_view::npos) {
         std::string text(field);
-        text[static_cast<std::size_t>(mark - field.begin())] = '.';
+        text[mark] = '.';
         value = parse_finite(text);
     }
     if (value) {
-        note_decimal_mark(field, *mark);
+        note_decimal_mark(field, field[mark]);
     }
     return value;
 }

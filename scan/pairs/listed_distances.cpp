@@ -283,46 +283,55 @@ Rows read_matrix(std::string_view text, const std::string& file,
     return rows;
 }
 
-/// The rows by pair, each pair once: what is there again must say the same.
-ListedDistances listed(Rows rows, const std::string& file) {
-    ListedDistances result;
-    const auto [names, places] = sorted(rows.names);
-    result.names = names;
-    std::vector<std::uint32_t> order(rows.list.size());
-    std::iota(order.begin(), order.end(), 0U);
-    const auto pair_of = [&rows, &places = places](std::uint32_t row) {
-        const auto [a, b, line] = rows.list[row];
-        return std::pair<std::uint32_t, std::uint32_t>(std::minmax(places[a], places[b]));
-    };
-    std::ranges::sort(order, {}, [&](std::uint32_t row) { return std::pair(pair_of(row), row); });
-    std::size_t kept = 0;
-    for (const auto row : order) {
-        const auto [first, second] = pair_of(row);
-        const auto before = kept == 0 ? row : order[kept - 1];
-        if (kept == 0 || pair_of(before) != pair_of(row)) {
-            order[kept++] = row;
-            result.pairs.push_back({first, second});
-            continue;
-        }
-        for (std::size_t m = 0; m < rows.metrics.size(); ++m) {
-            if (rows.values[m][row] != rows.values[m][before]) {
-                throw InputError(fmt::format(
-                    "{}, line {}: {}: found {} for \"{}\" and \"{}\", and {} in line {}; expected "
-                    "one distance for a pair, in whichever direction",
-                    file, rows.list[row].line, rows.metrics[m], rows.values[m][row], names[first],
-                    names[second], rows.values[m][before], rows.list[before].line));
-            }
+/// Throws unless two rows of a pair say the same.
+void expect_same(const Rows& rows, std::uint32_t before, std::uint32_t again,
+                 const std::string& file) {
+    for (std::size_t m = 0; m < rows.metrics.size(); ++m) {
+        const double first = rows.values[m][before];
+        const double second = rows.values[m][again];
+        if (first != second) {
+            const auto& row = rows.list[again];
+            throw InputError(fmt::format(
+                "{}, line {}: {}: found {} for \"{}\" and \"{}\", and {} in line {}; expected one "
+                "distance for a pair, in whichever direction",
+                file, row.line, rows.metrics[m], second, rows.names[std::min(row.a, row.b)],
+                rows.names[std::max(row.a, row.b)], first, rows.list[before].line));
         }
     }
-    order.resize(kept);
+}
+
+/// The rows by pair, each pair once.
+ListedDistances listed(Rows rows, const std::string& file) {
+    ListedDistances result;
+    auto [names, places] = sorted(rows.names);
+    const auto materials = static_cast<std::uint32_t>(names.size());
+    std::vector<std::pair<std::uint32_t, std::uint32_t>> found;  // pair, row
+    found.reserve(rows.list.size());
+    for (std::uint32_t row = 0; row < rows.list.size(); ++row) {
+        const auto [first, second] =
+            std::minmax(places[rows.list[row].a], places[rows.list[row].b]);
+        found.emplace_back(pair_index({first, second}, materials), row);
+    }
+    std::ranges::sort(found);
+    std::vector<std::uint32_t> kept;  // rows
+    kept.reserve(found.size());
+    for (std::size_t i = 0; i < found.size(); ++i) {
+        if (i > 0 && found[i - 1].first == found[i].first) {
+            expect_same(rows, kept.back(), found[i].second, file);
+            continue;
+        }
+        kept.push_back(found[i].second);
+        result.pairs.push_back(pair_at(found[i].first, materials));
+    }
     for (std::size_t m = 0; m < rows.metrics.size(); ++m) {
         MetricColumn column = {rows.metrics[m], {}, {}};
-        column.values.reserve(kept);
-        std::ranges::transform(order, std::back_inserter(column.values),
+        column.values.reserve(kept.size());
+        std::ranges::transform(kept, std::back_inserter(column.values),
                                [&](std::uint32_t row) { return rows.values[m][row]; });
         std::vector<double>().swap(rows.values[m]);
         result.metrics.push_back(std::move(column));
     }
+    result.names = std::move(names);
     return result;
 }
 
