@@ -52,14 +52,17 @@ bool numbers_rows(const std::string& column) {
 std::string columns_text(const std::vector<std::string>& header) {
     constexpr std::size_t kMost = 16;
     const auto shown = std::min(header.size(), kMost);
-    const bool has_semicolons = std::ranges::any_of(
-        header, [](const auto& column) { return column.find(';') != std::string::npos; });
+    const auto any = [&](const auto& has) { return std::ranges::any_of(header, has); };
+    const bool has_semicolons =
+        any([](const auto& column) { return column.find(';') != std::string::npos; });
+    const bool has_blanks = any([](const auto& column) { return trimmed(column) != column; });
     return fmt::format(
         "{} column{}, \"{}{}\"{}", header.size(), header.size() == 1 ? "" : "s",
         fmt::join(header.begin(), header.begin() + static_cast<std::ptrdiff_t>(shown), ","),
         shown < header.size() ? ",..." : "",
         has_semicolons ? " (semicolons separate columns where no comma is in the header, unless "
                          "in quotes)"
+        : has_blanks   ? " (blanks around a name are part of it)"
                        : "");
 }
 

@@ -94,6 +94,10 @@ RatingFile parse_ratings(std::string_view text, const std::string& file,
         }
         const auto& field = fields[places[2]];
         const auto rating = reader.number(field);
+        if (field.empty()) {
+            reader.fail(fmt::format("{}: found nothing; expected a finite number, or no such row",
+                                    format.columns[2]));
+        }
         if (!rating) {
             reader.fail(fmt::format("{}: found \"{}\"; expected a finite number{}",
                                     format.columns[2], field, reader.decimal_comma_hint(field)));

@@ -68,6 +68,8 @@ TEST(CsvReader, SaysWhichColumnsThereAre) {
     EXPECT_EQ(columns_text({"a;b", "c"}),
               "2 columns, \"a;b,c\" (semicolons separate columns where no comma is in the header, "
               "unless in quotes)");
+    EXPECT_EQ(columns_text({"a", " b"}),
+              "2 columns, \"a, b\" (blanks around a name are part of it)");
     EXPECT_EQ(columns_text(std::vector<std::string>(17, "x")),
               "17 columns, \"x,x,x,x,x,x,x,x,x,x,x,x,x,x,x,x,...\"");
 }

@@ -85,10 +85,11 @@ TEST(RatingFile, BadFilesAreExplained) {
     expect_refused(header + "a,m,1,5\n", {"line 2", "4 fields", "decimal comma"});
     expect_refused(header + ",m,1\n", {"original: found no name"});
     expect_refused(header + "a,,1\n", {"approximation: found no name"});
-    for (const auto* rating : {"nan", "inf", "-inf", "1e999", "", "good", " 1", "+1"}) {
+    for (const auto* rating : {"nan", "inf", "-inf", "1e999", "good", " 1", "+1"}) {
         expect_refused(fmt::format("{}a,m,{}\n", header, rating),
                        {"line 2", fmt::format("rating: found \"{}\"", rating), "finite number"});
     }
+    expect_refused(header + "a,m,\n", {"rating: found nothing", "or no such row"});
     expect_refused("original;approximation;rating\na;m;0,5\na;n;1.5\n",
                    {"line 3", "one decimal mark"});
 }
