@@ -1,6 +1,7 @@
 #include "scan/score/ratings.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cctype>
@@ -148,6 +149,23 @@ class Resolver {
     std::map<std::string, std::uint64_t> unknown_;
 };
 
+/// Throws where no material has the label of the originals.
+void expect_label(const std::string& label, std::span<const std::string> materials) {
+    std::set<std::string_view> labels;
+    for (const auto& name : materials) {
+        if (const auto found = parts_of(name).first; !found.empty()) {
+            labels.insert(found);
+        }
+    }
+    if (!label.empty() && !labels.contains(label)) {
+        throw Error(
+            Fault::usage,
+            fmt::format("--reference: found \"{}\"; expected the label of a database: {}", label,
+                        labels.empty() ? "there is none, as materials are of one without"
+                                       : fmt::format("{}", fmt::join(labels, ", "))));
+    }
+}
+
 /// The mean, rounded to 12 digits: 0.1 + 0.7 is the decimal 0.3 + 0.5 is, and not the float64.
 double mean_of(double sum, std::uint64_t count) {
     return *parse_finite(fmt::format("{:.12g}", sum / static_cast<double>(count))) + 0.0;
@@ -228,6 +246,7 @@ Ratings resolve_ratings(const RatingFile& file, const RatingNaming& naming,
                         std::span<const std::string> materials) {
     Ratings result{
         .higher_is_better = file.higher_is_better, .scale = file.scale, .list = {}, .names = {}};
+    expect_label(naming.reference, materials);
     Resolver resolver(file, naming, materials);
     std::vector<Row> rows;
     rows.reserve(file.rows.size());

@@ -62,8 +62,9 @@ struct RatingNaming {
 ///
 /// An original "x" is the material "x", or "REFERENCE/x"; its approximation "m" is the material
 /// "m", or "m/x". Names are the same byte by byte. The name of an approximation "label/x" is its
-/// label, of others it is what the file calls them. Throws InputError where a name may be two
-/// materials, when no row is left, and where all approximations have the same rating.
+/// label, of others it is what the file calls them. Throws Error (usage) where no material has the
+/// label REFERENCE, and InputError where a name may be two materials, when no row is left, and
+/// where all approximations have the same rating.
 Ratings resolve_ratings(const RatingFile& file, const RatingNaming& naming,
                         std::span<const std::string> materials);
 

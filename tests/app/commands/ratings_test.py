@@ -218,8 +218,8 @@ class Ratings(Case):
         ):
             with self.subTest(text):
                 self.refuse(INPUT, ["bad.csv", *words], *options, text=text)
-        self.refuse(INPUT, ["bad.csv", '"o1" (there is "<b>ward/o1")', "--names"], reference="nope",
-                    text=header + "o1,abc,3\n")
+        self.refuse(USAGE, ["--reference", '"nope"', "<b>ward, =1+1, abc, ref, sgd"],
+                    reference="nope", text=header + "o1,abc,3\n")
 
     def test_bad_options(self):
         for scale in "1", "5:1", "1:1", "a:b", "1:inf", ":", "1:2:3":

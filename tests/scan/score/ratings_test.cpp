@@ -117,6 +117,14 @@ TEST(Ratings, NothingLeft) {
               HasSubstr("--names")));
     EXPECT_THAT(complaint("gold,sgd,1\n", {}), HasSubstr("--reference LABEL"));
     EXPECT_THAT(complaint("gold,sgd,1\n", {.reference = "sgd"}), HasSubstr("an original itself"));
+    try {
+        resolve("gold,sgd,1\n", {.reference = "Measured"});
+        ADD_FAILURE() << "a label that there is not was taken";
+    } catch (const Error& error) {
+        EXPECT_EQ(error.fault(), Fault::usage);
+        EXPECT_THAT(error.what(), HasSubstr("\"Measured\"; expected the label of a database: abc, "
+                                            "measured, sgd"));
+    }
 }
 
 TEST(Ratings, WithoutVariation) {
