@@ -120,7 +120,7 @@ CLI::Option* add_distance_options(CLI::App& command, DistanceOptions& options,
         command
             .add_option(
                 "--distances", options.distances,
-                "A CSV file of distances to use instead: material_a,material_b and a column "
+                "A CSV file of distances to use instead: material_1,material_2 and a column "
                 "per metric")
             ->transform(not_empty());
     command.add_option("--metrics", options.metrics,

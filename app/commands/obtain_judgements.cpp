@@ -70,13 +70,12 @@ struct Counts {
 
 }  // namespace
 
-void add_judgements_option(CLI::App& command, std::string& judgements) {
-    command
+CLI::Option* add_judgements_option(CLI::App& command, std::string& judgements) {
+    return command
         .add_option("--judgements", judgements,
                     "What people said: a CSV file with the columns reference,a,b,votes_a,votes_b "
                     "or left_1,left_2,right_1,right_2,votes_left,votes_equal,votes_right, or the "
                     "JSON of Lagunas et al. 2019")
-        ->required()
         ->transform(not_empty());
 }
 

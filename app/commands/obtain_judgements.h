@@ -16,8 +16,8 @@
 
 namespace merl::app {
 
-/// Adds --judgements, which must be given.
-void add_judgements_option(CLI::App& command, std::string& judgements);
+/// Adds --judgements. Returns it.
+CLI::Option* add_judgements_option(CLI::App& command, std::string& judgements);
 
 /// What people said, and of which materials.
 struct ObtainedJudgements {

@@ -20,6 +20,7 @@
 #include "app/commands/commands.h"
 #include "app/commands/obtain_distances.h"
 #include "app/commands/obtain_judgements.h"
+#include "app/commands/score_ratings.h"
 #include "app/output/json.h"
 #include "app/output/output_directory.h"
 #include "app/output/provenance.h"
@@ -35,16 +36,6 @@ namespace merl::app {
 namespace {
 
 using nlohmann::ordered_json;
-
-const MetricNeeds kMetrics = {.from_database = "all"};
-
-struct Options {
-    DistanceOptions distances;
-    std::string judgements;
-    std::string out = "merl-scan-score";
-    bool force = false;
-    bool quiet = false;
-};
 
 struct Outcome {
     ObtainedJudgements judgements;
@@ -84,7 +75,7 @@ ordered_json intervals_json(const scan::ScoreClusters& clusters) {
         {"too_few", clusters.too_few.empty() ? ordered_json() : ordered_json(clusters.too_few)}};
 }
 
-std::string summary_json(const Options& options, const Outcome& o) {
+std::string summary_json(const ScoreOptions& options, const Outcome& o) {
     const auto described = metrics_json(o.provenance());
     ordered_json metrics = ordered_json::array();
     for (std::size_t m = 0; m < o.result.score.metrics.size(); ++m) {
@@ -208,7 +199,7 @@ void print_pairs(const scan::Score& score) {
     }
 }
 
-void print_summary(const Options& options, const Outcome& o) {
+void print_summary(const ScoreOptions& options, const Outcome& o) {
     print_results(judgements_lines(o.judgements, o.result.judgements));
     print_results(source_lines(o.obtained.distances));
     print_result("ceiling", estimate_text(o.result.score.ceiling) + " of the votes");
@@ -247,7 +238,7 @@ void warn_of_circular_scores(Outcome& o) {
 }
 
 /// Says which metrics have seen the answers.
-void warn_of_fitted(const Options& options, Outcome& o) {
+void warn_of_fitted(const ScoreOptions& options, Outcome& o) {
     for (const auto& metric : o.provenance().metrics) {
         if (const auto* data = o.judgements.fitted_to(metric)) {
             warn(o.obtained.distances.provenance,
@@ -269,7 +260,7 @@ std::string stand_in_of(const pipeline::DatabaseProvenance& database) {
 }
 
 /// What the plot says below its title.
-std::string subtitle(const Options& options, const Outcome& o) {
+std::string subtitle(const ScoreOptions& options, const Outcome& o) {
     const auto name = std::filesystem::path(options.judgements).filename().string();
     const auto& database = o.provenance().database;
     const auto stand_in = database ? stand_in_of(*database) : "";
@@ -280,7 +271,7 @@ std::string subtitle(const Options& options, const Outcome& o) {
                        skipped.empty() ? "" : "; without " + skipped);
 }
 
-int run(const Options& options) {
+int score_judgements(const ScoreOptions& options) {
     const auto threads = limit_threads(options.distances.threads);
     TerminalControl terminal(options.quiet);
     const auto control = terminal.control();
@@ -302,8 +293,8 @@ int run(const Options& options) {
     Stopwatch watch;
     o.judgements = obtain_judgements(options.judgements, options.distances, control);
     o.judgement_seconds = watch.lap();
-    o.obtained =
-        obtain_distances(with_judged_database(options.distances, o.judgements), kMetrics, control);
+    o.obtained = obtain_distances(with_judged_database(options.distances, o.judgements),
+                                  kScoreMetrics, control);
     const auto& database = o.provenance().database;
     for (const auto& text :
          compare_with_judged(o.judgements, options.distances, database ? &*database : nullptr)) {
@@ -331,28 +322,43 @@ int run(const Options& options) {
 }  // namespace
 
 void add_score(CLI::App& program, Command& chosen) {
-    auto options = std::make_shared<Options>();
+    auto options = std::make_shared<ScoreOptions>();
     auto* command = program.add_subcommand(
         "score", "How well distances predict what people say about the similarity of materials");
-    add_judgements_option(*command, options->judgements);
-    add_distance_options(*command, options->distances, kMetrics);
+    auto* judgements = add_judgements_option(*command, options->judgements);
+    auto* ratings = add_rating_options(*command, options->ratings);
+    add_distance_options(*command, options->distances, kScoreMetrics);
     add_output_options(*command, options->out, options->force);
     add_quiet_option(*command, options->quiet);
+    judgements->excludes(ratings);
     command->footer(
         std::string(
             "Writes score.csv, score_pairs.csv, score.svg and summary.json (docs/scoring.md). "
             "Without\n"
             "--database and --distances, the judgements.csv of `votes` is scored with the database "
             "whose\n"
-            "spheres were judged.\n"
+            "spheres were judged. With --ratings it writes ratings.csv, rating_scores.csv,\n"
+            "rating_differences.csv and summary.json. An original \"x\" of the ratings is "
+            "REFERENCE/x, its\n"
+            "approximation \"m\" is m/x; only these distances are computed.\n"
             "\n") +
         kDatabaseHelp +
         "\n"
         "Examples:\n"
         "  merl-scan score --judgements votes.csv\n"
         "  merl-scan score --judgements lagunas.json --database ~/merl/brdfs --metrics all\n"
-        "  merl-scan score --judgements votes.csv --distances network.csv --out network-score");
-    command->callback([&chosen, options] { chosen = [options] { return run(*options); }; });
+        "  merl-scan score --judgements votes.csv --distances network.csv --out network-score\n"
+        "  merl-scan score --ratings ratings.csv --database measured=~/merl --database abc \\\n"
+        "      --reference measured");
+    command->callback([&chosen, options, judgements, ratings] {
+        if (judgements->count() + ratings->count() == 0) {
+            throw CLI::RequiredError("--judgements or --ratings");
+        }
+        chosen = [options] {
+            return options->ratings.ratings.empty() ? score_judgements(*options)
+                                                    : score_ratings(*options);
+        };
+    });
 }
 
 }  // namespace merl::app

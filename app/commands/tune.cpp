@@ -355,7 +355,7 @@ void add_tune(CLI::App& program, Command& chosen) {
                      "The parameters to fit, separated by commas (default: all that the metric "
                      "declares)")
         ->transform(not_empty());
-    add_judgements_option(*command, options->judgements);
+    add_judgements_option(*command, options->judgements)->required();
     add_database_options(*command, options->computing.database);
     command
         ->add_option("--evaluations", options->evaluations,

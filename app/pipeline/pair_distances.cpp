@@ -162,14 +162,7 @@ ListedPairDistances read_listed_distances(const std::string& file,
                                           const Control& control) {
     return read<ListedPairDistances>(
         file, control, [&](const std::string& text, const auto& report) {
-            auto all = scan::parse_distance_table(text, file, columns, report);
-            scan::ListedDistances table;
-            for (std::uint32_t pair = 0; pair < all.pairs(); ++pair) {
-                table.pairs.push_back(scan::pair_at(pair, all.materials()));
-            }
-            table.names = std::move(all.names);
-            table.metrics = std::move(all.metrics);
-            return table;
+            return scan::parse_listed_distances(text, file, columns, report);
         });
 }
 

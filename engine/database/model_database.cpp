@@ -13,7 +13,6 @@
 #include "engine/base/csv_reader.h"
 #include "engine/base/error.h"
 #include "engine/base/file.h"
-#include "engine/base/number.h"
 #include "engine/database/kept_samples.h"
 
 namespace merl::engine {
@@ -64,21 +63,24 @@ std::vector<std::size_t> places_of(const std::vector<std::string>& columns,
 
 Figures parse_figures(const std::vector<std::string>& fields,
                       const std::vector<std::string>& columns,
-                      const std::vector<std::size_t>& places, const CsvReader& reader) {
+                      const std::vector<std::size_t>& places, CsvReader& reader) {
     Figures figures;
     figures.material = fields[places[0]];
     figures.line = reader.line();
     figures.text = figures.material;
     for (std::size_t c = 1; c < columns.size(); ++c) {
         const auto& field = fields[places[c]];
-        const auto value = parse_finite(field);
+        const auto value = reader.number(field);
         if (!value) {
             reader.fail(
-                fmt::format(R"(the column {} of "{}": found "{}"; expected a finite number)",
-                            columns[c], figures.material, field));
+                fmt::format(R"(the column {} of "{}": found "{}"; expected a finite number{})",
+                            columns[c], figures.material, field, reader.decimal_comma_hint(field)));
         }
+        // The same figures have the same hash, whatever the decimal mark.
         figures.text += ',';
         figures.text += field;
+        std::ranges::replace(figures.text.end() - static_cast<std::ptrdiff_t>(field.size()),
+                             figures.text.end(), ',', '.');
         figures.values.push_back(*value);
     }
     return figures;

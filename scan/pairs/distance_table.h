@@ -32,20 +32,13 @@ struct DistanceTable {
     Distances distances(std::size_t first, std::size_t second) const;
 };
 
-/// Reads a table from CSV (csv_reader.h). The header is `material_a,material_b` or
-/// `material_1,material_2`, then the metrics. Each row has two materials, in either order, and
-/// their distances, finite and not negative; every pair of the materials that occur has one row,
-/// anywhere. Numbers are decimal, as C writes them. Columns NAME_bound and NAME_precision beside a
-/// column NAME are no metrics, so pairs.csv can be read: the numbers are taken as exact.
-///
-/// With `columns` only those metrics are read, in that order, and other columns may hold anything.
-/// `file` is what errors call it. `progress` is called now and then with the share that is read;
-/// what it throws comes out. Throws InputError. O(P log P).
+/// Reads a table from CSV (csv_reader.h): that of parse_listed_distances (listed_distances.h), with
+/// every pair of the materials that occur. Throws InputError. O(P log P).
 DistanceTable parse_distance_table(std::string_view text, const std::string& file,
                                    std::span<const std::string> columns = {},
                                    const std::function<void(double share)>& progress = {});
 
-/// Writes material_a,material_b and a column per metric: one row a pair, in pair order, numbers in
+/// Writes material_1,material_2 and a column per metric: one row a pair, in pair order, numbers in
 /// the fewest digits that read back the same. Throws std::system_error when writing fails.
 void write_distance_table(int file, const DistanceTable& table,
                           const std::function<void(double share)>& progress = {});

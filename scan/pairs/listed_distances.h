@@ -1,9 +1,13 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
+#include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
+#include "engine/base/error.h"
 #include "scan/pairs/distance_table.h"
 #include "scan/pairs/pairs.h"
 
@@ -17,5 +21,25 @@ struct ListedDistances {
 
     std::uint32_t materials() const { return static_cast<std::uint32_t>(names.size()); }
 };
+
+/// Reads a table of distances from CSV (csv_reader.h), in one of two forms.
+///
+/// A row a pair: the header is `material_1,material_2`, or `material_a,material_b` as it was once
+/// written, then the metrics; each row has two materials, in either order, and their distances. A
+/// pair may be there again with the same distances, and a material with itself at 0. Columns
+/// NAME_bound and NAME_precision beside a column NAME are no metrics, so pairs.csv can be read: the
+/// numbers are taken as exact. With `columns` only those metrics are read, in that order, and other
+/// columns may hold anything.
+///
+/// A square matrix: names after the first cell of the header, and the same names, in any order,
+/// before the rows. It is symmetric, and 0 or empty on its diagonal; one of its two triangles may
+/// be empty. The metric is called what the file is, without the ending.
+///
+/// Distances are finite and not negative. `file` is what errors call it. `progress` is called now
+/// and then with the share that is read; what it throws comes out. Throws InputError. O(P log P)
+/// for P pairs that are there.
+ListedDistances parse_listed_distances(std::string_view text, const std::string& file,
+                                       std::span<const std::string> columns = {},
+                                       const std::function<void(double share)>& progress = {});
 
 }  // namespace merl::scan

@@ -8,7 +8,6 @@
 #include <utility>
 
 #include "engine/base/csv_reader.h"
-#include "engine/base/number.h"
 #include "engine/base/text.h"
 #include "scan/io/input.h"
 #include "scan/pairs/material_numbers.h"
@@ -24,9 +23,8 @@ const std::vector<std::string> reference_header = {"reference", "a", "b", "votes
 const std::vector<std::string> configuration_header = {
     "left_1", "left_2", "right_1", "right_2", "votes_left", "votes_equal", "votes_right"};
 
-std::uint64_t parse_votes(const std::string& text, const std::string& column,
-                          const CsvReader& reader) {
-    const auto votes = parse_number<std::uint64_t>(text);
+std::uint64_t parse_votes(const std::string& text, const std::string& column, CsvReader& reader) {
+    const auto votes = reader.whole_number(text);
     if (!votes || *votes > max_votes) {
         reader.fail(fmt::format("{}: found \"{}\"; expected a whole number from 0 to {}", column,
                                 text, max_votes));
@@ -37,7 +35,7 @@ std::uint64_t parse_votes(const std::string& text, const std::string& column,
 /// Turns the fields of a row into votes; knows what the columns are called.
 class RowReader {
   public:
-    RowReader(const CsvReader& reader, const std::vector<std::string>& header)
+    RowReader(CsvReader& reader, const std::vector<std::string>& header)
         : reader_(reader), header_(header) {}
 
     NamedVotes read(const std::vector<std::string>& fields) {
@@ -76,7 +74,7 @@ class RowReader {
         return materials_.number(fields[column], reader_);
     }
 
-    std::uint64_t votes(const std::vector<std::string>& fields, std::size_t column) const {
+    std::uint64_t votes(const std::vector<std::string>& fields, std::size_t column) {
         return parse_votes(fields[column], header_[column], reader_);
     }
 
@@ -88,7 +86,7 @@ class RowReader {
         }
     }
 
-    const CsvReader& reader_;
+    CsvReader& reader_;
     const std::vector<std::string>& header_;
     MaterialNumbers materials_;
 };

@@ -5,7 +5,6 @@
 #include <optional>
 
 #include "engine/base/csv_reader.h"
-#include "engine/base/number.h"
 #include "scan/io/input.h"
 
 namespace merl::scan {
@@ -44,8 +43,8 @@ void read_header(CsvReader& reader, SelectionFile& selection) {
         columns_text(header), columns));
 }
 
-double number(const std::string& text, const CsvReader& reader) {
-    const auto value = parse_magnitude(text);
+double number(const std::string& text, CsvReader& reader) {
+    const auto value = reader.magnitude(text);
     if (!value) {
         reader.fail(fmt::format("found \"{}\"; expected a finite number, zero or more", text));
     }
@@ -61,8 +60,8 @@ SelectionFile parse_selection(std::string_view text, const std::string& file) {
     read_header(reader, selection);
     std::vector<std::string> fields;
     while (reader.next(fields)) {
-        const auto rank = std::to_string(selection.configurations.size() + 1);
-        if (fields[0] != rank) {
+        const auto rank = selection.configurations.size() + 1;
+        if (reader.whole_number(fields[0]) != rank) {
             reader.fail(fmt::format("rank: found \"{}\"; expected {}", fields[0], rank));
         }
         if (selection.configurations.size() == max_trials) {

@@ -8,25 +8,33 @@
 #include <utility>
 
 #include "engine/base/csv_reader.h"
-#include "engine/base/text.h"
 #include "scan/io/csv.h"
 #include "scan/io/input.h"
 #include "scan/votes/judge_name.h"
 
 namespace merl::scan {
 
+namespace {
+
+bool has_survey_columns(const std::vector<std::string>& header) {
+    return fmt::format("{}", fmt::join(header, ",")) == survey_columns;
+}
+
+}  // namespace
+
 bool is_survey(std::string_view text) {
-    text = without_byte_order_mark(text);
-    const auto rest = text.substr(std::min(survey_columns.size(), text.size()));
-    return text.starts_with(survey_columns) &&
-           (rest.empty() || rest.front() == '\n' || rest.front() == '\r');
+    try {
+        return has_survey_columns(CsvReader(text, "").header());
+    } catch (const InputError&) {
+        return false;  // whoever reads it says what is wrong
+    }
 }
 
 void parse_survey(std::string_view text, const std::string& file,
                   std::vector<SurveyAnswer>& answers) {
     CsvReader reader(text, file);
     const auto header = reader.header();
-    if (fmt::format("{}", fmt::join(header, ",")) != survey_columns) {
+    if (!has_survey_columns(header)) {
         reader.fail(
             fmt::format(R"(found {}; expected "{}")", columns_text(header), survey_columns));
     }

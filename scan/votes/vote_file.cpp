@@ -8,7 +8,6 @@
 #include <utility>
 
 #include "engine/base/csv_reader.h"
-#include "engine/base/number.h"
 #include "scan/io/input.h"
 
 namespace merl::scan {
@@ -43,10 +42,10 @@ constexpr std::array<std::pair<TrialKind, std::string_view>, 4> kinds = {
 /// Turns the fields of a row into a trial.
 class RowReader {
   public:
-    RowReader(const CsvReader& reader, const std::vector<std::string>& fields)
+    RowReader(CsvReader& reader, const std::vector<std::string>& fields)
         : reader_(reader), fields_(fields) {}
 
-    TrialRow read() const {
+    TrialRow read() {
         TrialRow row{
             .line = reader_.line(),
             .trial = number(trial),
@@ -72,8 +71,8 @@ class RowReader {
                                  fields_[column], expected));
     }
 
-    std::uint64_t number(Column column) const {
-        const auto value = parse_number<std::uint64_t>(fields_[column]);
+    std::uint64_t number(Column column) {
+        const auto value = reader_.whole_number(fields_[column]);
         if (!value || *value == 0 || *value > 1'000'000'000) {
             fail(column, "a whole number from 1 to 1000000000");
         }
@@ -81,11 +80,13 @@ class RowReader {
     }
 
     /// The digit that the field is, one of `digits`.
-    int choice(Column column, std::string_view digits, std::string_view expected) const {
-        if (fields_[column].size() != 1 || digits.find(fields_[column][0]) == std::string::npos) {
+    int choice(Column column, std::string_view digits, std::string_view expected) {
+        const auto value = reader_.whole_number(fields_[column]);
+        if (!value || *value > 9 ||
+            digits.find(static_cast<char>('0' + *value)) == std::string::npos) {
             fail(column, expected);
         }
-        return fields_[column][0] - '0';
+        return static_cast<int>(*value);
     }
 
     TrialKind read_kind() const {
@@ -96,18 +97,18 @@ class RowReader {
         return *found;
     }
 
-    std::optional<double> milliseconds() const {
+    std::optional<double> milliseconds() {
         if (fields_[response_ms].empty()) {
             return std::nullopt;
         }
-        const auto value = parse_magnitude(fields_[response_ms]);
+        const auto value = reader_.magnitude(fields_[response_ms]);
         if (!value) {
             fail(response_ms, "a number of milliseconds, zero or more, or nothing");
         }
         return value;
     }
 
-    const CsvReader& reader_;
+    CsvReader& reader_;
     const std::vector<std::string>& fields_;
 };
 

@@ -13,7 +13,7 @@ def write_rows(path, header, rows):
         csv.writer(file).writerows([header, *rows])
 
 
-def write_table(path, metrics, materials, value, header=("material_a", "material_b")):
+def write_table(path, metrics, materials, value, header=("material_1", "material_2")):
     """A table of all pairs in a random order and orientation; returns its pairs in pair order, as
     (name, name, distance ...)."""
     names = sorted(materials, key=lambda name: name.encode())

@@ -48,7 +48,7 @@ class Interrupted(Case):
     def write_table(self, materials, metrics):
         numbers = random.Random(3)
         with open(self.work / "t.csv", "w", encoding="utf-8") as file:
-            file.write("material_a,material_b," + ",".join(f"x{i}" for i in range(metrics)) + "\n")
+            file.write("material_1,material_2," + ",".join(f"x{i}" for i in range(metrics)) + "\n")
             for i in range(materials):
                 for j in range(i + 1, materials):
                     distances = (f"{numbers.random():.5f}" for _ in range(metrics))

@@ -133,7 +133,7 @@ class Taken(Case):
         self.expect_few_times(6, "j.json", rows, INPUT, *command, "--database", "empty")
 
     def test_tables(self):
-        text = "material_a,material_b,x,y\n" + "a,b,0,0\n" * (2 * MIB)
+        text = "material_1,material_2,x,y\n" + "a,b,0,0\n" * (2 * MIB) + "b,a,0,1\n"
         self.expect_few_times(7, "t.csv", text, INPUT, "scan", "--distances", "t.csv", "--out", "o")
 
 
@@ -182,7 +182,7 @@ class Refused(Case):
                             "--size", 2048, *lights, "--out", "out")
 
     def test_long_texts_of_a_file(self):
-        (self.work / "t.csv").write_text(f"material_a,material_b,x,y\na,b,1,{'9' * MIB}e9\n")
+        (self.work / "t.csv").write_text(f"material_1,material_2,x,y\na,b,1,{'9' * MIB}e9\n")
         line = self.assert_refused(INPUT, ["t.csv, line 2", " ... ", "zero or more"], "scan",
                                    "--distances", "t.csv", "--out", "out")
         self.assertLess(len(line), 4000)
@@ -209,7 +209,7 @@ class Limited(Case):
         self.assertNotIn("apt-get", text)
 
     def test_memory(self):
-        text = "material_a,material_b,x,y\n" + "a,b,0,0\n" * (8 * MIB)
+        text = "material_1,material_2,x,y\n" + "a,b,0,0\n" * (8 * MIB)
         (self.work / "t.csv").write_text(text)
         result = self.limited({"RLIMIT_AS": 150 * MIB}, "scan", "--distances", "t.csv", "--out", "out")
         self.assertEqual(result.returncode, RESOURCE, result.stderr)

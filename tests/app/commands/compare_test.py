@@ -151,7 +151,7 @@ class Compare(Case):
         place = dict(zip(names, (3, 0, 7, 20, 21)))
         rows = [[a, b, (place[a] - place[b]) ** 2, abs(place[a] - place[b]), 0]
                 for a, b in itertools.combinations(names, 2)]
-        write_rows(self.work / "t.csv", ["material_a", "material_b", "rmse", "line", "zero"], rows)
+        write_rows(self.work / "t.csv", ["material_1", "material_2", "rmse", "line", "zero"], rows)
         self.output = self.run_program("compare", "--distances", "t.csv", "--out", "out").stdout
         results = self.work / "out"
         header, found = read_csv(results / "triangle.csv")
@@ -171,7 +171,7 @@ class Compare(Case):
             self.assertRegex(self.output, f"(?m)^{line}$")
 
     def test_a_distance_beside_two_zeros(self):
-        write_rows(self.work / "t.csv", ["material_a", "material_b", "x", "y"],
+        write_rows(self.work / "t.csv", ["material_1", "material_2", "x", "y"],
                    [["a", "b", 0, 1], ["a", "c", 3, 1], ["b", "c", 0, 1]])
         results = self.compare("--distances", "t.csv")
         self.assertEqual(read_csv(results / "triangle.csv")[1][0],
@@ -245,7 +245,7 @@ class Compare(Case):
         refuse(USAGE, ["--distances", "--database"], "compare", "--distances", "t.csv",
                "--database", "db")
         refuse(INPUT, ["t.csv", '"z"'], "compare", "--distances", "t.csv", "--metrics", "x,z")
-        (self.work / "bad.csv").write_text("material_a,material_b,x,y\na,b,1,nan\n")
+        (self.work / "bad.csv").write_text("material_1,material_2,x,y\na,b,1,nan\n")
         refuse(INPUT, ["bad.csv, line 2", "nan"], "compare", "--distances", "bad.csv")
         self.compare("--distances", "t.csv")
         refuse(OUTPUT, ["out", "--force"], "compare", "--distances", "t.csv", "--out", "out")

@@ -5,7 +5,7 @@ import random
 import reference
 import support
 from support import INPUT, USAGE, Case, read_csv, read_json, write_database
-from tables import write_table
+from tables import write_rows, write_table
 
 
 class Tables(Case):
@@ -78,19 +78,53 @@ class Tables(Case):
         self.assertRegex(output, r"(?m)^materials +4$")
         self.assertNotRegex(output, r"(?m)^(device|database|refined)")
 
+    def test_forms_of_the_same_table(self):
+        """What spreadsheets and data frames make of a table is the table."""
+        names = "abcde"
+        pairs = write_table(self.work / "t.csv", ["x", "y"], names, self.number)
+        expected = (self.scan("--distances", "t.csv") / "selection.csv").read_bytes()
+        comma = lambda number: str(number).replace(".", ",")
+        forms = {
+            "german.csv": "\ufeffmaterial_1;material_2;x;y;;\r\n" + "".join(
+                f"{b};{a};{comma(x)};{comma(y)};;\r\n;;;;;\r\n" for a, b, x, y in pairs),
+            "pandas.csv": ",material_1,material_2,x,y\n" + "".join(
+                f"{i},{a},{b},{x},{y}\n" for i, (a, b, x, y) in enumerate(pairs)),
+            "both.csv": "material_a,material_b,x,y\n" + "".join(
+                f"{a},{b},{x},{y}\n{b},{a},{x},{y}\n{a},{a},0,0.0\n" for a, b, x, y in pairs),
+        }
+        for name, text in forms.items():
+            with self.subTest(name):
+                (self.work / name).write_text(text, encoding="utf-8")
+                results = self.scan("--distances", name, out=f"of-{name}")
+                self.assertEqual((results / "selection.csv").read_bytes(), expected)
+        # A matrix of one metric, which is called what its file is.
+        x = {(a, b): x for a, b, x, _ in pairs}
+        rows = [[a, *(x.get((a, b), x.get((b, a), 0)) for b in names)] for a in names]
+        write_rows(self.work / "x.csv", ["", *names], rows)
+        write_rows(self.work / "said.csv", ["reference", "a", "b", "votes_a", "votes_b"],
+                   [["a", "b", "c", 3, 1], ["d", "e", "c", 2, 5], ["b", "e", "a", 1, 0]])
+        scores = []
+        for table in "t.csv", "x.csv":
+            self.assert_success("score", "--judgements", "said.csv", "--distances", table,
+                                "--metrics", "x", "--out", f"score-of-{table}")
+            scores.append((self.work / f"score-of-{table}" / "score.csv").read_bytes())
+        self.assertEqual(*scores)
+
     def test_tables_that_are_wrong(self):
-        header = "material_a,material_b,x,y\n"
+        header = "material_1,material_2,x,y\n"
         for text, words in (
             ("", ["is empty"]),
             (header, ["line 1", "no pair"]),
             (header + "a,b,1,2\nb,c,1,2\n", ["missing", '"a" and "c"']),
-            (header + "a,b,1,2\nb,a,1,2\n", ["line 3", "line 2"]),
+            (header + "a,b,1,2\nb,a,1,3\n", ["line 3", "found 3", "2 in line 2"]),
+            (header + "a,b,1,5,2\n", ["line 2", "5 fields", "decimal comma"]),
+            (header.replace(",", ";") + "a;b;1,5;2.5\n", ["line 2", "one decimal mark"]),
             (header + "a,a,1,2\n", ["line 2", "itself"]),
             (header + "a,b,nan,2\n", ["line 2", "x", "nan"]),
             (header + "a,b,1,-2\n", ["line 2", "y", "-2"]),
             (header + "a,b,1\n", ["line 2", "3 fields"]),
             (header + "a,\x1b[31m,1\n", ["line 2"]),
-            ("<html>\n", ["line 1", "material_a"]),
+            ("<html>\n", ["line 1", "material_1"]),
         ):
             with self.subTest(text):
                 (self.work / "t.csv").write_text(text)

@@ -63,7 +63,7 @@ class Score(Case):
             numbers = [self.random.lognormvariate(0, 1), self.random.randrange(1, 4), 1]
             self.distance[frozenset(pair)] = numbers
             rows.append([*pair, *numbers])
-        write_rows(self.work / "t.csv", ["material_a", "material_b", *self.metrics], rows)
+        write_rows(self.work / "t.csv", ["material_1", "material_2", *self.metrics], rows)
 
     def under(self, metric):
         return {pair: numbers[metric] for pair, numbers in self.distance.items()}

@@ -85,6 +85,16 @@ class Documented(Case):
     def test_score(self):
         self.assert_tables("score", "--distances", "t.csv", "--judgements", "said.csv")
 
+    def test_score_of_ratings(self):
+        write_rows(self.work / "r.csv", ["original", "approximation", "rating"],
+                   [["m0", "m1", 3], ["m0", "m2", 4]])
+        names = self.results("score", "--distances", "t.csv", "--ratings", "r.csv")
+        documented = re.findall(rf"^- \*\*`({TABLES})`\*\*", section("score --ratings"), re.MULTILINE)
+        self.assertEqual(sorted(documented), names)
+        usage = self.assert_success("score", "--help")
+        (writes,) = re.findall(r"With --ratings it writes (.*?)\.\s", usage, re.DOTALL)
+        self.assertEqual(sorted(re.findall(TABLES, writes)), names)
+
     def test_tune(self):
         write_rows(self.work / "said.csv", ["reference", "a", "b", "votes_a", "votes_b"],
                    [["m00", "m01", "m02", 3, 1]])

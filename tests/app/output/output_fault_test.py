@@ -25,7 +25,7 @@ STOPPED = "a run was stopped while its results went into place"
 def write_distances(path, seed):
     numbers = random.Random(seed)
     rows = [f"m{a},m{b},{numbers.random()},{numbers.random()}\n" for b in range(5) for a in range(b)]
-    path.write_text("material_a,material_b,x,y\n" + "".join(rows))
+    path.write_text("material_1,material_2,x,y\n" + "".join(rows))
 
 
 def content(path):

@@ -165,7 +165,7 @@ class Page(Case):
             self.assertEqual(self.browser.run("document.querySelectorAll('#plot .name').length"), 2)
 
     def test_the_worst_triple(self):
-        (self.work / "t.csv").write_text("material_a,material_b,x,<i>y</i>\na,b,1,1\na,<b>c</b>,9,1\n"
+        (self.work / "t.csv").write_text("material_1,material_2,x,<i>y</i>\na,b,1,1\na,<b>c</b>,9,1\n"
                                          "b,<b>c</b>,4,1\n")
         self.show("--distances", "t.csv")
         cards = self.browser.run("[...document.querySelectorAll('#metrics article')].map(a => a.textContent)")

@@ -180,7 +180,7 @@ TEST(Pipeline, AScanIsRefinedAndCounted) {
 TEST(Pipeline, ATableIsTakenAsExact) {
     const test::TemporaryDirectory directory;
     const auto file = (directory.path / "t.csv").string();
-    std::ofstream(file) << "material_a,material_b,x,y\na,b,1,2\na,c,2,1\nb,c,3,3\n";
+    std::ofstream(file) << "material_1,material_2,x,y\na,b,1,2\na,c,2,1\nb,c,3,3\n";
     const auto distances = read_pair_distances(file);
     ASSERT_TRUE(distances.provenance.table);
     EXPECT_EQ(distances.provenance.table->file, file);

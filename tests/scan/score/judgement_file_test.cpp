@@ -76,6 +76,15 @@ TEST(JudgementCsv, WithConfigurations) {
     EXPECT_EQ(row_text(file, 1), "b a | a c: 0 0 1");
 }
 
+TEST(JudgementCsv, AsASpreadsheetOrADataFrameWritesIt) {
+    const auto file = parse("reference;a;b;votes_a;votes_b;\ngold;silk;wood;3,0;0\n;;;;\n");
+    ASSERT_EQ(file.rows.size(), 1);
+    EXPECT_EQ(row_text(file, 0), "gold silk | gold wood: 3 0 0");
+    EXPECT_EQ(row_text(parse("," + kReference + "0,gold,silk,wood,3.0,1.0\n"), 0),
+              "gold silk | gold wood: 3 0 1");
+    expect_refused(kReference + "gold,silk,wood,1.000,2\n", {"votes_a: found \"1.000\""});
+}
+
 TEST(JudgementCsv, BadFilesAreExplained) {
     expect_refused("\n", {"line 1", "header"});
     expect_refused("a,b\n1,2\n", {"line 1", "a,b", "reference,a,b,votes_a,votes_b", "votes_equal"});

@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <string>
 #include <vector>
 
@@ -68,15 +69,28 @@ TEST(VoteFile, ASentinelMayShowAnOriginalWithItself) {
     expect_refused(kHeader + "j,1,1,sentinel,o,o,o,,0,1,,s,k\n", {"without a name"});
 }
 
+TEST(VoteFile, AsASpreadsheetWritesIt) {
+    std::string header = kHeader.substr(0, kHeader.size() - 1);
+    std::ranges::replace(header, ',', ';');
+    const auto file =
+        parse_votes(header + ";\r\n" + "ann;1,0;7,0;selection;a;b;c;d;0,0;3,0;1234,5;9;k1;\r\n" +
+                        ";;;;;;;;;;;;;\r\n" + "ann;2;8;random;a;b;c;d;1;1;20;9;k1\r\n",
+                    "ann.csv");
+    ASSERT_EQ(file.rows.size(), 2);
+    EXPECT_EQ(file.rows[0].configuration, 7);
+    EXPECT_EQ(file.rows[0].vote, 3);
+    EXPECT_EQ(file.rows[0].response_ms, 1234.5);
+    EXPECT_TRUE(file.rows[1].swapped);
+}
+
 TEST(VoteFile, BadFilesAreExplained) {
     const auto row = [](const std::string& start, const std::string& end) {
         return fmt::format("{}{},a,b,c,d,{}\n", kHeader, start, end);
     };
     expect_refused("a,b\n", {"line 1", "\"a,b\"", "judge,trial"});
     expect_refused("\n", {"header"});
-    expect_refused(fmt::format("{},\n", kHeader.substr(0, kHeader.size() - 1)),
-                   {"found 14 columns, \"judge,", "kit_hash,\", the last without a name",
-                    "a comma at the end", "expected 13, \"judge,"});
+    expect_refused(fmt::format("{},x\n", kHeader.substr(0, kHeader.size() - 1)),
+                   {"found 14 columns, \"judge,", "kit_hash,x\"", "expected 13, \"judge,"});
     expect_refused(kHeader, {"no row", "expected a trial"});
     expect_refused(kHeader + "j,1\n", {"line 2", "2 fields", "expected 13"});
     expect_refused(row(",1,1,selection", "0,1,,s,k"), {"judge", "no name"});
