@@ -141,9 +141,9 @@ ordered_json engines_json(const pipeline::Provenance& provenance) {
               {"adding", s.adding}}}};
 }
 
-Lines source_lines(const pipeline::PairDistances& distances) {
-    const auto materials = fmt::format("{}", fmt::group_digits(distances.table.materials()));
-    if (const auto& database = distances.provenance.database) {
+Lines source_lines(const pipeline::Provenance& provenance, std::size_t materials) {
+    const auto number = fmt::format("{}", fmt::group_digits(materials));
+    if (const auto& database = provenance.database) {
         Lines lines;
         if (database->parts.empty()) {
             lines.emplace_back("database", fmt::format("{}, {}", database->name, database->kind));
@@ -154,18 +154,21 @@ Lines source_lines(const pipeline::PairDistances& distances) {
                 fmt::format("{}: {} of {}, {}", part.label, counted(part.materials, "material"),
                             part.name, part.kind));
         }
-        lines.emplace_back("materials", fmt::format("{}, of {} samples each", materials,
+        lines.emplace_back("materials", fmt::format("{}, of {} samples each", number,
                                                     fmt::group_digits(database->grid.voxels())));
         if (!database->skipped.empty()) {
             lines.emplace_back("skipped", skipped_text(database->skipped));
         }
-        for (const auto& metric : distances.provenance.left_out) {
+        for (const auto& metric : provenance.left_out) {
             lines.emplace_back("left out", metric);
         }
         return lines;
     }
-    return {{"distances", distances.provenance.table->file + ", taken as exact"},
-            {"materials", materials}};
+    return {{"distances", provenance.table->file + ", taken as exact"}, {"materials", number}};
+}
+
+Lines source_lines(const pipeline::PairDistances& distances) {
+    return source_lines(distances.provenance, distances.table.materials());
 }
 
 std::string skipped_text(const std::vector<engine::BadMaterial>& skipped) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <utility>
@@ -24,6 +25,7 @@ nlohmann::ordered_json engines_json(const pipeline::Provenance& provenance);
 
 /// The title and the text of a line each.
 using Lines = std::vector<std::pair<std::string, std::string>>;
+Lines source_lines(const pipeline::Provenance& provenance, std::size_t materials);
 Lines source_lines(const pipeline::PairDistances& distances);
 Lines engine_lines(const pipeline::Provenance& provenance);
 
