@@ -32,7 +32,7 @@ ReferenceDistances make(std::size_t originals, std::size_t labels, std::uint64_t
     auto approximations = find_approximations(names, "o");
     ListedDistances table{names, pairs_of(approximations), {}};
     for (const auto* const metric : {"one", "two", "three"}) {
-        auto& column = table.metrics.emplace_back(MetricColumn{.metric = metric, .values = {}});
+        auto& column = table.metrics.emplace_back(MetricColumn{metric, {}, {}, false});
         for (std::size_t i = 0; i < table.pairs.size(); ++i) {
             column.values.push_back(value(random));
         }
