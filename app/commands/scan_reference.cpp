@@ -255,7 +255,7 @@ void print_ranks(const Outcome& o) {
         print_line("");
         return;
     }
-    constexpr std::size_t kCell = 11;
+    constexpr std::size_t kCell = 10;
     const auto& labels = o.approximations().labels;
     const auto width = metric_width(o);
     print_line(
@@ -264,16 +264,16 @@ void print_ranks(const Outcome& o) {
                     counted(summary.complete, "original")));
     std::string header = padded("", width);
     for (const auto& label : labels) {
-        header += "  " + padded(label, kCell);
+        header += "  " + padded("", kCell - std::min(kCell, width_of(label))) + label;
     }
     print_line(header);
     for (std::size_t m = 0; m < summary.metrics.size(); ++m) {
         std::string line = padded(o.metric(m), width);
         for (std::size_t label = 0; label < labels.size(); ++label) {
             const auto& figures = summary.metrics[m].labels[label];
-            line += "  " + padded(fmt::format("{:.2f} {:>5}", figures.mean_rank.value(),
-                                              fmt::format("{}", fmt::group_digits(figures.best))),
-                                  std::max(kCell, width_of(labels[label])));
+            line += fmt::format("  {:>{}.2f} {:>5}", figures.mean_rank.value(),
+                                std::max(kCell, width_of(labels[label])) - 6,
+                                fmt::format("{}", fmt::group_digits(figures.best)));
         }
         print_line(line);
     }
@@ -299,18 +299,18 @@ void print_comparisons(const Outcome& o) {
     const auto width = metric_width(o);
     print_line(
         fmt::format("How often two metrics name a different best, of {} with two "
-                    "approximations or more:",
+                    "approximations or more, and how often they disagree:",
                     counted(contested, "original")));
     for (const auto& pair : o.result.summary.pairs) {
-        const auto partly = pair.partly == 0 ? ""
-                                             : fmt::format(", and {} in part, by ties",
-                                                           fmt::group_digits(pair.partly));
-        print_line(fmt::format(
-            "{}  {}  {:>6}  {:>6.2f} %{}; they disagree on {:.2f} % of the configurations",
-            padded(o.metric(pair.first), width), padded(o.metric(pair.second), width),
-            fmt::format("{}", fmt::group_digits(pair.different)),
-            100 * static_cast<double>(pair.different) / static_cast<double>(contested), partly,
-            100 * pair.counts.disagreement_rate()));
+        const auto partly =
+            pair.partly == 0 ? ""
+                             : fmt::format("; {} in part, by ties", fmt::group_digits(pair.partly));
+        print_line(
+            fmt::format("{}  {}  {:>6}  {:>6.2f} %  {:>6.2f} %{}",
+                        padded(o.metric(pair.first), width), padded(o.metric(pair.second), width),
+                        fmt::format("{}", fmt::group_digits(pair.different)),
+                        100 * static_cast<double>(pair.different) / static_cast<double>(contested),
+                        100 * pair.counts.disagreement_rate(), partly));
     }
     print_line("");
 }

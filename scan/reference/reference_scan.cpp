@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <span>
 #include <stdexcept>
+#include <utility>
 
 #include "scan/select/agreement_doubts.h"
 #include "scan/select/participation.h"
@@ -26,13 +27,14 @@ void for_each_configuration(const ReferenceDistances& distances, const Visit& vi
 
 /// Of which of all disagreements, in order, the greedy selection consists. `taking` is called with
 /// each place that is taken, before it closes any material.
-void select(const ReferenceDistances& distances, const std::vector<Configuration>& disagreements,
-            std::uint32_t count, std::uint32_t per_material,
-            const std::function<void(std::size_t place, const Participation& before)>& taking) {
+void take_greedily(
+    const ReferenceDistances& distances, const std::vector<Configuration>& disagreements,
+    std::uint32_t select, std::uint32_t per_material,
+    const std::function<void(std::size_t place, const Participation& before)>& taking) {
     Participation participation(distances.table.materials(), per_material);
     const auto& pairs = distances.table.pairs;
     std::uint32_t chosen = 0;
-    for (std::size_t i = 0; i < disagreements.size() && chosen < count; ++i) {
+    for (std::size_t i = 0; i < disagreements.size() && chosen < select; ++i) {
         const auto left = pairs[disagreements[i].left];
         const auto right = pairs[disagreements[i].right];
         if (participation.open(left) && participation.open(right)) {
@@ -83,7 +85,7 @@ void want_for_ranks(const ReferenceDistances& distances, std::size_t metric,
 /// The pairs that the selection and its order rest on.
 std::vector<bool> wanted_for_selection(const ReferenceDistances& distances,
                                        std::span<const double> first_bounds,
-                                       std::span<const double> second_bounds, std::uint32_t count,
+                                       std::span<const double> second_bounds, std::uint32_t select,
                                        std::uint32_t per_material) {
     const auto& table = distances.table;
     const AgreementDoubts doubts(table.metrics[0].values, first_bounds, table.metrics[1].values,
@@ -94,7 +96,7 @@ std::vector<bool> wanted_for_selection(const ReferenceDistances& distances,
     }
     const auto want = [&](const Configuration& c) { wanted[c.left] = wanted[c.right] = true; };
     const auto all = disagreements_of(distances);
-    select(distances, all, count, per_material, [&](std::size_t place, const auto& before) {
+    take_greedily(distances, all, select, per_material, [&](std::size_t place, const auto& before) {
         const auto& taken = all[place];
         want(taken);
         for (auto i = place + 1; i < all.size() && !doubts.surely_after(all[i], taken); ++i) {
@@ -144,24 +146,25 @@ std::vector<Configuration> disagreements_of(const ReferenceDistances& distances)
 
 std::vector<Configuration> select_of(const ReferenceDistances& distances,
                                      const std::vector<Configuration>& disagreements,
-                                     std::uint32_t count, std::uint32_t per_material) {
+                                     std::uint32_t select, std::uint32_t per_material) {
     std::vector<Configuration> chosen;
-    select(
-        distances, disagreements, count, per_material,
+    take_greedily(
+        distances, disagreements, select, per_material,
         [&](std::size_t place, const Participation&) { chosen.push_back(disagreements[place]); });
     return chosen;
 }
 
 std::vector<std::vector<std::uint32_t>> to_refine(const ReferenceDistances& distances,
                                                   const std::vector<bool>& can_be_refined,
-                                                  std::uint32_t count, std::uint32_t per_material) {
+                                                  std::uint32_t select,
+                                                  std::uint32_t per_material) {
     const auto& metrics = distances.table.metrics;
     std::vector<std::vector<double>> bounds;
     for (std::size_t m = 0; m < metrics.size(); ++m) {
         bounds.push_back(refinable_bounds(metrics[m], can_be_refined[m]));
     }
     const auto selected =
-        wanted_for_selection(distances, bounds[0], bounds[1], count, per_material);
+        wanted_for_selection(distances, bounds[0], bounds[1], select, per_material);
     std::vector<std::vector<std::uint32_t>> result(metrics.size());
     for (std::size_t m = 0; m < metrics.size(); ++m) {
         auto wanted = m < 2 ? selected : std::vector<bool>(selected.size());
@@ -179,14 +182,14 @@ Undecided find_undecided(const ReferenceDistances& distances, std::size_t most) 
     Undecided result;
     const auto& metrics = distances.table.metrics;
     const auto is_open = [](const MetricColumn& column, std::uint32_t a, std::uint32_t b) {
-        if (column.bounds.empty()) {
+        const auto& values = column.values;
+        const auto& bounds = column.bounds;
+        if (bounds.empty()) {
             return false;
         }
-        const auto& [name, values, bounds, is_final] = column;
-        const bool both_exact = is_final || (bounds[a] == 0 && bounds[b] == 0);
-        const bool tie = values[a] == values[b] && both_exact;
-        const auto& [low, high] = std::minmax(
-            a, b, [&values](std::uint32_t x, std::uint32_t y) { return values[x] < values[y]; });
+        const bool tie =
+            values[a] == values[b] && (column.is_final || (bounds[a] == 0 && bounds[b] == 0));
+        const auto [low, high] = values[a] < values[b] ? std::pair(a, b) : std::pair(b, a);
         return !tie && values[high] - bounds[high] <= values[low] + bounds[low];
     };
     for_each_configuration(distances, [&](std::uint32_t a, std::uint32_t b) {
