@@ -52,6 +52,14 @@ void print_warning(std::string_view text) {
     std::fputs(fmt::format("merl-scan: warning: {}\n", printable(text)).c_str(), stderr);
 }
 
+std::size_t width_of(std::string_view text) {
+    return printable(text).size();
+}
+
+std::string padded(std::string_view text, std::size_t width) {
+    return std::string(text) + std::string(width - std::min(width, width_of(text)), ' ');
+}
+
 void flush_output() {
     if (unread || (std::fflush(stdout) == 0 && std::ferror(stdout) == 0)) {
         return;

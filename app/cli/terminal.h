@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstddef>
+#include <string>
 #include <string_view>
 
 namespace merl::app {
@@ -18,6 +20,12 @@ void print_result(std::string_view name, std::string_view text);
 
 /// Writes one line, printable(), of what the user should know of their input to standard error.
 void print_warning(std::string_view text);
+
+/// So many columns a text takes when print_line has made it harmless.
+std::size_t width_of(std::string_view text);
+
+/// A text with spaces after it, up to a width.
+std::string padded(std::string_view text, std::size_t width);
 
 /// Sees to it that what went to standard output arrived. Throws Error (output) like print_line.
 void flush_output();

@@ -96,16 +96,6 @@ std::string summary_json(const Options& options, const Outcome& o) {
     return json_text(json);
 }
 
-/// So many columns a name takes when print_line has made it harmless.
-std::size_t width_of(const std::string& name) {
-    return printable(name).size();
-}
-
-/// A name with spaces after it, up to a width.
-std::string padded(const std::string& name, std::size_t width) {
-    return name + std::string(width - std::min(width, width_of(name)), ' ');
-}
-
 void print_comparisons(const scan::DistanceTable& table,
                        const std::vector<scan::Comparison>& comparisons) {
     std::size_t first_width = 0;

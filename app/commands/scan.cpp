@@ -16,6 +16,7 @@
 #include "app/cli/terminal.h"
 #include "app/commands/commands.h"
 #include "app/commands/obtain_distances.h"
+#include "app/commands/scan_options.h"
 #include "app/output/json.h"
 #include "app/output/output_directory.h"
 #include "app/output/provenance.h"
@@ -32,17 +33,6 @@ using nlohmann::ordered_json;
 
 const MetricNeeds kMetrics = {.from_database = "cwcbrt,pawcielab", .least = 2, .most = 2};
 
-struct Options {
-    DistanceOptions distances;
-    std::string out = "merl-scan-results";
-    std::uint32_t select = 100;
-    std::uint32_t per_material = 10;
-    std::optional<std::uint64_t> disagreements;  // how many rows to write; all without
-    bool fast = false;
-    bool force = false;
-    bool quiet = false;
-};
-
 struct Outcome {
     pipeline::PairDistances distances;  // without its table, which `result` has
     pipeline::ScanResult result;
@@ -57,16 +47,11 @@ struct Outcome {
     }
 };
 
-std::string summary_json(const Options& options, const Outcome& o) {
+std::string summary_json(const ScanCommandOptions& options, const Outcome& o) {
     const auto& d = o.result.distances;
     ordered_json strongest;
     if (o.result.strongest) {
         strongest = configuration_json(d.names, *o.result.strongest);
-    }
-    ordered_json agreement_range;
-    if (!o.result.selection.empty()) {
-        agreement_range = {o.result.selection.front().agreement,
-                           o.result.selection.back().agreement};
     }
     ordered_json counts = counts_json(o.result.census.counts);
     counts["counted_by"] = counted_by(o.result.census.streamed);
@@ -79,29 +64,23 @@ std::string summary_json(const Options& options, const Outcome& o) {
     ordered_json json = program_json();
     json["metrics"] = {as_utf8(d.first_metric), as_utf8(d.second_metric)};
     json.update(source_json(o.distances.provenance));
-    ordered_json chosen = {
-        {"select", options.select},
-        {"per_material", options.per_material},
-        {"disagreements", options.disagreements ? ordered_json(*options.disagreements) : "all"}};
-    chosen.update(computing_options_json(options.distances));
-    json.update(ordered_json{
-        {"materials", d.materials()},
-        {"pairs", d.pairs()},
-        {"configurations", o.result.census.counts.configurations},
-        {"disagreements", o.result.census.counts.disagreements()},
-        {"rate", o.result.census.counts.disagreement_rate()},
-        {"counts", counts},
-        {"exact", o.result.exact},
-        {"undecided_in_float32", o.result.undecided},
-        {"undecided", {{"configurations", o.result.left_open}, {"listed", open}}},
-        {"refined_distances",
-         {{as_utf8(d.first_metric), o.result.refined.first},
-          {as_utf8(d.second_metric), o.result.refined.second}}},
-        {"strongest_disagreement", strongest},
-        {"selection",
-         {{"configurations", o.result.selection.size()}, {"agreement_range", agreement_range}}},
-        {"disagreements_written", o.result.disagreements.size()},
-        {"options", chosen}});
+    json.update(
+        ordered_json{{"materials", d.materials()},
+                     {"pairs", d.pairs()},
+                     {"configurations", o.result.census.counts.configurations},
+                     {"disagreements", o.result.census.counts.disagreements()},
+                     {"rate", o.result.census.counts.disagreement_rate()},
+                     {"counts", counts},
+                     {"exact", o.result.exact},
+                     {"undecided_in_float32", o.result.undecided},
+                     {"undecided", {{"configurations", o.result.left_open}, {"listed", open}}},
+                     {"refined_distances",
+                      {{as_utf8(d.first_metric), o.result.refined.first},
+                       {as_utf8(d.second_metric), o.result.refined.second}}},
+                     {"strongest_disagreement", strongest},
+                     {"selection", selection_json(o.result.selection)},
+                     {"disagreements_written", o.result.disagreements.size()},
+                     {"options", scan_options_json(options)}});
     json.update(engines_json(o.distances.provenance));
     json["warnings"] = texts_json(o.distances.provenance.warnings);
     json["files"] = o.files;
@@ -117,7 +96,7 @@ std::string summary_json(const Options& options, const Outcome& o) {
     return json_text(json);
 }
 
-void print_summary(const Options& options, const Outcome& o) {
+void print_summary(const ScanCommandOptions& options, const Outcome& o) {
     const auto& d = o.result.distances;
     const auto& counts = o.result.census.counts;
     print_results(o.source);
@@ -134,10 +113,7 @@ void print_summary(const Options& options, const Outcome& o) {
                                               o.result.strongest->agreement));
     }
     if (!o.result.selection.empty()) {
-        print_result(
-            "selection",
-            fmt::format("{} configurations, agreement {:.6f} to {:.6f}", o.result.selection.size(),
-                        o.result.selection.front().agreement, o.result.selection.back().agreement));
+        print_result("selection", selection_text(o.result.selection));
     }
     if (!o.result.exact) {
         print_result("undecided", o.result.unbounded.empty()
@@ -167,17 +143,12 @@ void print_summary(const Options& options, const Outcome& o) {
 }
 
 /// Takes the table out of what was obtained.
-pipeline::ScanResult compute(const Options& options, ObtainedDistances& obtained,
+pipeline::ScanResult compute(const ScanCommandOptions& options, ObtainedDistances& obtained,
                              const pipeline::Control& control) {
     try {
         return pipeline::scan_distances(std::exchange(obtained.distances.table, {}),
                                         obtained.database.get(), obtained.metrics,
-                                        {.select = options.select,
-                                         .per_material = options.per_material,
-                                         .disagreements = options.disagreements,
-                                         .fast = options.fast,
-                                         .memory_bytes = options.distances.memory},
-                                        control);
+                                        options.of_pipeline(), control);
     } catch (const pipeline::TooManyDisagreements& error) {
         throw Error(
             Fault::usage,
@@ -185,7 +156,7 @@ pipeline::ScanResult compute(const Options& options, ObtainedDistances& obtained
     }
 }
 
-int run(const Options& options) {
+int run(const ScanCommandOptions& options) {
     const auto threads = limit_threads(options.distances.threads);
     TerminalControl terminal(options.quiet);
     const auto control = terminal.control();
@@ -235,13 +206,27 @@ int run(const Options& options) {
 
 }  // namespace
 
+ordered_json scan_options_json(const ScanCommandOptions& options) {
+    ordered_json json = {
+        {"select", options.select},
+        {"per_material", options.per_material},
+        {"disagreements", options.disagreements ? ordered_json(*options.disagreements) : "all"}};
+    json.update(computing_options_json(options.distances));
+    return json;
+}
+
 void add_scan(CLI::App& program, Command& chosen) {
-    auto options = std::make_shared<Options>();
+    auto options = std::make_shared<ScanCommandOptions>();
     auto* command = program.add_subcommand(
         "scan",
         "All pair distances under two metrics, all disagreements, and the configurations for "
         "judges");
     auto* distances = add_distance_options(*command, options->distances, kMetrics);
+    command
+        ->add_option("--reference", options->reference,
+                     "The label of originals: scan only them against the materials of the same "
+                     "name in the other databases, which approximate them")
+        ->transform(not_empty());
     add_output_options(*command, options->out, options->force);
     constexpr std::uint32_t kMost = std::numeric_limits<std::uint32_t>::max();
     command->add_option("--select", options->select, "Configurations for judges")
@@ -265,6 +250,8 @@ void add_scan(CLI::App& program, Command& chosen) {
                     "(docs/file-formats.md).\n"
                     "\n") +
         kMetricsHelp +
+        "With --reference there may be more than two: the first two decide the configurations,\n"
+        "and approximations.csv, instead of pairs.csv, has the distances and ranks under all.\n"
         "What a file's metric leaves open in float32 stays open, as with --fast.\n"
         "\n" +
         kDatabaseHelp +
@@ -273,12 +260,17 @@ void add_scan(CLI::App& program, Command& chosen) {
         "  merl-scan scan\n"
         "  merl-scan scan --database ~/merl/brdfs --out results\n"
         "  merl-scan scan --database ~/merl --database mine=~/fits --out results\n"
+        "  merl-scan scan --database measured=~/merl --database abc --reference measured\n"
         "  merl-scan scan --database ~/merl --materials 'gold-*,chrome,@list.txt'\n"
         "  merl-scan scan --metrics rmse,pawcielab --disagreements 1000 --out rmse-results\n"
         "  merl-scan scan --metrics pawcielab,./my_metric.glsl:alpha=0.3\n"
         "  merl-scan scan --distances network.csv --metrics lpips,cwcbrt --out results\n"
         "  merl-scan scan --select 20 --per-material 3 --device llvmpipe --memory 256M --force");
-    command->callback([&chosen, options] { chosen = [options] { return run(*options); }; });
+    command->callback([&chosen, options] {
+        chosen = [options] {
+            return options->reference.empty() ? run(*options) : run_reference_scan(*options);
+        };
+    });
 }
 
 }  // namespace merl::app

@@ -39,6 +39,19 @@ nlohmann::ordered_json configuration_json(const std::vector<std::string>& names,
             {"agreement", configuration.agreement}};
 }
 
+nlohmann::ordered_json selection_json(std::span<const scan::Configuration> selection) {
+    nlohmann::ordered_json range;
+    if (!selection.empty()) {
+        range = {selection.front().agreement, selection.back().agreement};
+    }
+    return {{"configurations", selection.size()}, {"agreement_range", range}};
+}
+
+std::string selection_text(std::span<const scan::Configuration> selection) {
+    return fmt::format("{}, agreement {:.6f} to {:.6f}", counted(selection.size(), "configuration"),
+                       selection.front().agreement, selection.back().agreement);
+}
+
 nlohmann::ordered_json counts_json(const scan::Counts& counts) {
     return {{"concordant", counts.concordant()},
             {"discordant", counts.discordant},

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <nlohmann/json.hpp>
+#include <span>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -29,6 +30,12 @@ nlohmann::ordered_json pair_json(const std::vector<std::string>& names, std::uin
 /// The materials of a configuration and its agreement.
 nlohmann::ordered_json configuration_json(const std::vector<std::string>& names,
                                           const scan::Configuration& configuration);
+
+/// How many configurations were selected, and the range of their agreement.
+nlohmann::ordered_json selection_json(std::span<const scan::Configuration> selection);
+
+/// The same as one reads it; not of none.
+std::string selection_text(std::span<const scan::Configuration> selection);
 
 /// The five classes of configurations.
 nlohmann::ordered_json counts_json(const scan::Counts& counts);

@@ -54,11 +54,12 @@ double agreement(double d1a, double d1b, double d2a, double d2b) {
     return agreement_of_extremes(d1a, d1b, d2a, d2b);
 }
 
-Configuration make_configuration(const Distances& distances, std::uint32_t a, std::uint32_t b) {
-    const double d1a = distances.first[a];
-    const double d1b = distances.first[b];
-    const double d2a = distances.second[a];
-    const double d2b = distances.second[b];
+Configuration make_configuration(std::span<const double> first, std::span<const double> second,
+                                 std::uint32_t a, std::uint32_t b) {
+    const double d1a = first[a];
+    const double d1b = first[b];
+    const double d2a = second[a];
+    const double d2b = second[b];
     const bool a_is_left = d1a < d1b || (d1a == d1b && d2a > d2b);
     return {a_is_left ? a : b, a_is_left ? b : a, agreement(d1a, d1b, d2a, d2b)};
 }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 
 #include "scan/pairs/pairs.h"
 
@@ -42,8 +43,15 @@ struct Configuration {
     bool operator==(const Configuration&) const = default;
 };
 
-/// The configuration of pairs a and b, oriented. Requires that the metrics disagree on it.
-Configuration make_configuration(const Distances& distances, std::uint32_t a, std::uint32_t b);
+/// The configuration of pairs a and b, oriented, from every pair's distance under the first and
+/// the second metric. Requires that the metrics disagree on it.
+Configuration make_configuration(std::span<const double> first, std::span<const double> second,
+                                 std::uint32_t a, std::uint32_t b);
+
+inline Configuration make_configuration(const Distances& distances, std::uint32_t a,
+                                        std::uint32_t b) {
+    return make_configuration(distances.first, distances.second, a, b);
+}
 
 /// The total order of disagreements (docs/numerics.md): ascending agreement, then pair order, the
 /// earlier pair of the configuration first.

@@ -16,10 +16,17 @@ class Participation {
     Participation(std::uint32_t materials, std::uint32_t limit);
 
     /// Whether neither of the pair's materials has reached the limit.
+    bool open(Pair pair) const;
+
+    /// The same of a pair by its index among all pairs.
     bool open(std::uint32_t pair) const;
 
-    /// Counts a chosen configuration; a material in both of its pairs takes part once. Pairs of
-    /// materials that reach the limit are dropped from the search.
+    /// Counts a chosen configuration of two pairs; a material in both takes part once. Returns the
+    /// materials that have reached the limit by it.
+    std::vector<std::uint32_t> take(Pair left, Pair right);
+
+    /// The same for a configuration of all pairs. Those of materials that reach the limit are
+    /// dropped from the search.
     void take(const Configuration& chosen, DisagreementSearch& search);
 
   private:

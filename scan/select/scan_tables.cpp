@@ -74,15 +74,24 @@ struct PairText {
     std::string second;
 };
 
-PairText text_of(const Distances& distances, std::uint32_t index) {
-    const Pair pair = pair_at(index, distances.materials());
-    PairText text{
-        csv_field(distances.names[pair.first]) + ',' + csv_field(distances.names[pair.second]),
-        {},
-        {}};
-    append_number(text.first, distances.first[index]);
-    append_number(text.second, distances.second[index]);
+PairText text_of(const PairColumns& pairs, std::uint32_t index) {
+    const auto [one, other] = pairs.names(index);
+    PairText text{csv_field(one) + ',' + csv_field(other), {}, {}};
+    append_number(text.first, pairs.first[index]);
+    append_number(text.second, pairs.second[index]);
     return text;
+}
+
+PairColumns columns_of(const Distances& distances) {
+    distances.validate();
+    return {.first_metric = distances.first_metric,
+            .second_metric = distances.second_metric,
+            .first = distances.first,
+            .second = distances.second,
+            .names = [&distances](std::uint32_t index) -> std::array<std::string_view, 2> {
+                const Pair pair = pair_at(index, distances.materials());
+                return {distances.names[pair.first], distances.names[pair.second]};
+            }};
 }
 
 void append_row(std::string& out, const PairText& left, const PairText& right, double agreement) {
@@ -95,21 +104,20 @@ void append_row(std::string& out, const PairText& left, const PairText& right, d
     out += '\n';
 }
 
-std::string configuration_header(const Distances& distances) {
-    const auto field = [](const std::string& metric, std::string_view side) {
+std::string configuration_header(const PairColumns& pairs) {
+    const auto field = [](std::string_view metric, std::string_view side) {
         return csv_field(fmt::format("{}_{}", metric, side));
     };
-    return fmt::format(
-        "left_1,left_2,right_1,right_2,{},{},{},{},agreement\n",
-        field(distances.first_metric, "left"), field(distances.first_metric, "right"),
-        field(distances.second_metric, "left"), field(distances.second_metric, "right"));
+    return fmt::format("left_1,left_2,right_1,right_2,{},{},{},{},agreement\n",
+                       field(pairs.first_metric, "left"), field(pairs.first_metric, "right"),
+                       field(pairs.second_metric, "left"), field(pairs.second_metric, "right"));
 }
 
 }  // namespace
 
 void write_pairs(int file, const Distances& distances) {
-    distances.validate();
     const auto& d = distances;
+    const PairColumns columns = columns_of(d);
     const bool bounded = !d.first_bounds.empty() && !d.second_bounds.empty();
     std::string header =
         "material_1,material_2," + csv_field(d.first_metric) + ',' + csv_field(d.second_metric);
@@ -120,7 +128,7 @@ void write_pairs(int file, const Distances& distances) {
     }
     write_all(file, header + '\n');
     write_rows(file, distances.pairs(), [&](std::string& text, std::size_t row) {
-        const PairText pair = text_of(distances, static_cast<std::uint32_t>(row));
+        const PairText pair = text_of(columns, static_cast<std::uint32_t>(row));
         text += pair.names + ',' + pair.first + ',' + pair.second;
         if (bounded) {
             for (const double bound : {d.first_bounds[row], d.second_bounds[row]}) {
@@ -136,34 +144,44 @@ void write_pairs(int file, const Distances& distances) {
     });
 }
 
-void write_disagreements(int file, const Distances& distances,
+void write_disagreements(int file, const PairColumns& pairs,
                          std::span<const Configuration> configurations,
                          const std::function<void(double share)>& progress) {
-    distances.validate();
-    write_all(file, configuration_header(distances));
+    write_all(file, configuration_header(pairs));
 
-    std::vector<PairText> pairs(distances.pairs());
-    tbb::parallel_for(std::uint32_t{0}, distances.pairs(),
-                      [&](std::uint32_t pair) { pairs[pair] = text_of(distances, pair); });
+    std::vector<PairText> texts(pairs.first.size());
+    tbb::parallel_for(std::size_t{0}, texts.size(), [&](std::size_t pair) {
+        texts[pair] = text_of(pairs, static_cast<std::uint32_t>(pair));
+    });
     write_rows(
         file, configurations.size(),
         [&](std::string& text, std::size_t row) {
             const auto& [left, right, agreement] = configurations[row];
-            append_row(text, pairs[left], pairs[right], agreement);
+            append_row(text, texts[left], texts[right], agreement);
         },
         progress);
 }
 
-void write_selection(int file, const Distances& distances,
+void write_disagreements(int file, const Distances& distances,
+                         std::span<const Configuration> configurations,
+                         const std::function<void(double share)>& progress) {
+    write_disagreements(file, columns_of(distances), configurations, progress);
+}
+
+void write_selection(int file, const PairColumns& pairs,
                      std::span<const Configuration> configurations) {
-    distances.validate();
-    std::string text = "rank," + configuration_header(distances);
+    std::string text = "rank," + configuration_header(pairs);
     std::size_t rank = 0;
     for (const auto& [left, right, agreement] : configurations) {
         text += fmt::format("{},", ++rank);
-        append_row(text, text_of(distances, left), text_of(distances, right), agreement);
+        append_row(text, text_of(pairs, left), text_of(pairs, right), agreement);
     }
     write_all(file, text);
+}
+
+void write_selection(int file, const Distances& distances,
+                     std::span<const Configuration> configurations) {
+    write_selection(file, columns_of(distances), configurations);
 }
 
 }  // namespace merl::scan

@@ -1,7 +1,10 @@
 #pragma once
 
+#include <array>
+#include <cstdint>
 #include <functional>
 #include <span>
+#include <string_view>
 
 #include "scan/pairs/agreement.h"
 #include "scan/pairs/pairs.h"
@@ -18,6 +21,15 @@ namespace merl::scan {
 /// D2_precision (float32, or float64 where the bound is 0): one row a pair, in pair order.
 void write_pairs(int file, const Distances& distances);
 
+/// Pairs, by index, as the rows of configurations have them.
+struct PairColumns {
+    std::string_view first_metric;
+    std::string_view second_metric;
+    std::span<const double> first;  ///< distances under the first metric, a number a pair
+    std::span<const double> second;
+    std::function<std::array<std::string_view, 2>(std::uint32_t pair)> names;
+};
+
 /// left_1,left_2,right_1,right_2,D1_left,D1_right,D2_left,D2_right,agreement: one row a
 /// configuration, in the given order. Rows are formatted on the threads of the caller's arena while
 /// earlier ones are written; memory is bounded by what the pairs need, not by the rows.
@@ -26,9 +38,14 @@ void write_pairs(int file, const Distances& distances);
 void write_disagreements(int file, const Distances& distances,
                          std::span<const Configuration> configurations,
                          const std::function<void(double share)>& progress = {});
+void write_disagreements(int file, const PairColumns& pairs,
+                         std::span<const Configuration> configurations,
+                         const std::function<void(double share)>& progress = {});
 
 /// rank, counted from 1, and the columns of write_disagreements.
 void write_selection(int file, const Distances& distances,
+                     std::span<const Configuration> configurations);
+void write_selection(int file, const PairColumns& pairs,
                      std::span<const Configuration> configurations);
 
 }  // namespace merl::scan

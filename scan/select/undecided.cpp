@@ -11,18 +11,12 @@
 #include <stdexcept>
 #include <utility>
 
+#include "scan/select/agreement_doubts.h"
 #include "scan/select/disagreement_search.h"
 #include "scan/select/participation.h"
 
 namespace merl::scan {
 namespace {
-
-/// Beyond this relative bound a distance is refined before it is compared: it would be contested
-/// with everything.
-constexpr double loose = 1e-3;
-
-/// Relative error of an agreement computed from four exact distances, with room.
-constexpr double rounding = 1e-15;
 
 /// So many configurations are compared with one that is selected. There are more where materials
 /// have copies: a thousand copied pairs make a million configurations of one agreement.
@@ -46,11 +40,6 @@ std::vector<std::uint32_t> by_lower_end(std::span<const double> values,
     return order;
 }
 
-/// A bound relative to the least that the exact distance can be.
-double relative(double bound, double value) {
-    return bound == 0 ? 0 : bound / std::max(value - bound, bound * 1e-6);
-}
-
 /// Adds, of the pairs in `order`, the inexact ones whose interval meets another one's and that
 /// `which` takes.
 void add_meeting(std::span<const double> values, std::span<const double> bounds,
@@ -69,40 +58,17 @@ void add_meeting(std::span<const double> values, std::span<const double> bounds,
     }
 }
 
-/// The inexact distances whose interval meets another one's, but of those that are met only by
-/// loose ones just these: once they are exact, few are likely to be left.
-std::vector<bool> find_meeting(std::span<const double> values, std::span<const double> bounds) {
-    std::vector<bool> meeting(values.size());
-    auto order = by_lower_end(values, bounds);
-    const auto is_loose = [&](std::uint32_t pair) {
-        return !(relative(bounds[pair], values[pair]) <= loose);  // or no number: infinite
-    };
-    add_meeting(values, bounds, order, is_loose, meeting);
-    std::erase_if(order, [&](std::uint32_t pair) { return meeting[pair]; });
-    add_meeting(
-        values, bounds, order, [](std::uint32_t) { return true; }, meeting);
-    return meeting;
-}
-
 /// What the selection and its order rest on.
 class SelectionDoubts {
   public:
     SelectionDoubts(const Distances& distances, std::span<const double> first_bounds,
                     std::span<const double> second_bounds)
-        : distances_(distances), doubt_(distances.pairs()), wanted_(distances.pairs()) {
-        for (std::uint32_t pair = 0; pair < distances.pairs(); ++pair) {
-            doubt_[pair] = relative(first_bounds[pair], distances.first[pair]) +
-                           relative(second_bounds[pair], distances.second[pair]);
-            if (!(doubt_[pair] <= loose)) {  // or no number, from an infinite bound
-                wanted_[pair] = true;
-                doubt_[pair] = 0;  // asked for already, and so not compared this time
-            }
-            worst_ = std::max(worst_, doubt_[pair]);
-        }
-    }
+        : distances_(distances),
+          doubts_(distances.first, first_bounds, distances.second, second_bounds),
+          wanted_(doubts_.loose()) {}
 
     std::vector<bool> find(std::uint32_t select, std::uint32_t per_material) {
-        if (worst_ == 0) {
+        if (doubts_.none()) {
             return wanted_;  // all are exact or asked for
         }
         DisagreementSearch search(distances_);
@@ -117,8 +83,7 @@ class SelectionDoubts {
             // Whatever could come before the first in line has been yielded once the search is past
             // the worst doubt.
             while (more && ahead.size() < most_compared &&
-                   (ahead.empty() || ahead.back().agreement * (1 - 2.02 * worst_ - rounding) <=
-                                         greatest(ahead.front()))) {
+                   (ahead.empty() || !doubts_.surely_after(ahead.back(), ahead.front()))) {
                 if (const auto found = search.next()) {
                     ahead.push_back(*found);
                 } else {
@@ -136,7 +101,7 @@ class SelectionDoubts {
             ahead.pop_front();
             want(taken);
             for (const auto& other : ahead) {
-                if (other.agreement * (1 - doubt(other)) <= greatest(taken)) {
+                if (doubts_.may_come_before(other, taken)) {
                     want(other);
                 }
             }
@@ -147,12 +112,6 @@ class SelectionDoubts {
     }
 
   private:
-    /// Relative doubt of a configuration's agreement, to first order and with room for the second.
-    double doubt(const Configuration& c) const {
-        return 1.01 * (doubt_[c.left] + doubt_[c.right]) + rounding;
-    }
-    double greatest(const Configuration& c) const { return c.agreement * (1 + doubt(c)); }
-
     void want(const Configuration& c) {
         wanted_[c.left] = true;
         wanted_[c.right] = true;
@@ -168,9 +127,8 @@ class SelectionDoubts {
     }
 
     const Distances& distances_;
-    std::vector<double> doubt_;  // per pair: the relative bounds of its two distances together
+    AgreementDoubts doubts_;
     std::vector<bool> wanted_;
-    double worst_ = 0;
 };
 
 /// Where a distance may be.
@@ -311,6 +269,19 @@ std::uint64_t count_meeting_in_both(const Places& places) {
 }
 
 }  // namespace
+
+/// The inexact distances whose interval meets another one's, but of those that are met only by
+/// loose ones just these: once they are exact, few are likely to be left.
+std::vector<bool> find_meeting(std::span<const double> values, std::span<const double> bounds) {
+    std::vector<bool> meeting(values.size());
+    auto order = by_lower_end(values, bounds);
+    const auto loose = [&](std::uint32_t pair) { return is_loose(values[pair], bounds[pair]); };
+    add_meeting(values, bounds, order, loose, meeting);
+    std::erase_if(order, [&](std::uint32_t pair) { return meeting[pair]; });
+    add_meeting(
+        values, bounds, order, [](std::uint32_t) { return true; }, meeting);
+    return meeting;
+}
 
 Refinement to_refine(const Distances& distances, std::uint32_t select, std::uint32_t per_material) {
     distances.validate();

@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -17,15 +18,17 @@ struct Refinement {
     bool empty() const { return first.empty() && second.empty(); }
 };
 
+/// Which of some distances must be recomputed exactly before they are in order: every inexact one
+/// whose interval [D - bound, D + bound] meets another one's; loose ones (agreement_doubts.h) come
+/// first, and what still meets another one without them. O(n log n).
+std::vector<bool> find_meeting(std::span<const double> values, std::span<const double> bounds);
+
 /// What must be recomputed exactly so that every sign of every configuration, and the selection
 /// with all its numbers and its order, are those of exact distances:
 ///
-/// - every inexact distance whose interval [D - bound, D + bound] meets another one's: only those
-///   can be ordered otherwise. Loose ones (bound above a thousandth of the distance) come first,
-///   and what still meets another one without them;
+/// - what find_meeting() finds under each metric: only those can be ordered otherwise;
 /// - both distances of every pair of the selection, and of the configurations whose agreement
-/// could,
-///   within the bounds, come before one of the selected.
+///   could, within the bounds, come before one of the selected.
 ///
 /// Exact distances (bound 0) are never asked for again, and final ones not at all. After they are
 /// replaced the question is to be asked anew, for the selection may have changed; nothing is open

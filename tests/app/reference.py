@@ -134,6 +134,14 @@ def sign(x):
     return (x > 0) - (x < 0)
 
 
+def agreement(one, other):
+    """Of two pairs on which the metrics disagree (docs/numerics.md). Two products of 0 are a tie at 0 in one metric."""
+    products = one[2] * other[3], other[2] * one[3]
+    if max(products) == 0:
+        products = (one[3], other[3]) if one[2] == other[2] else (one[2], other[2])
+    return min(products) / max(products)
+
+
 def disagreements(pairs):
     """All disagreements (docs/numerics.md) of pairs given as (name, name, d1, d2), strongest first: tuples of
     the left pair, the right pair and the agreement."""
@@ -143,10 +151,9 @@ def disagreements(pairs):
             other = pairs[b]
             if sign(one[2] - other[2]) == sign(one[3] - other[3]):
                 continue
-            products = one[2] * other[3], other[2] * one[3]
             one_is_left = one[2] < other[2] or (one[2] == other[2] and one[3] > other[3])
             sides = (one, other) if one_is_left else (other, one)
-            found.append((min(products) / max(products), a, b, *sides))
+            found.append((agreement(one, other), a, b, *sides))
     found.sort(key=lambda x: x[:3])
     return [(left, right, agreement) for agreement, _, _, left, right in found]
 

@@ -79,6 +79,16 @@ class Documented(Case):
     def test_scan(self):
         self.assert_tables("scan", "--distances", "t.csv")
 
+    def test_scan_of_approximations(self):
+        write_rows(self.work / "fits.csv", ["material_a", "material_b", "one", "two"],
+                   [["org/m", "a/m", 1, 2], ["org/m", "b/m", 2, 1]])
+        names = self.results("scan", "--distances", "fits.csv", "--reference", "org")
+        documented = re.findall(rf"^- \*\*`({TABLES})`\*\*", section("scan --reference"), re.MULTILINE)
+        self.assertEqual(sorted(documented), names)
+        usage = self.assert_success("scan", "--help")
+        for name in names:
+            self.assertIn(name, usage)
+
     def test_compare(self):
         self.assert_tables("compare", "--distances", "t.csv")
 

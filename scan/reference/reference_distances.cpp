@@ -1,0 +1,73 @@
+#include "scan/reference/reference_distances.h"
+
+#include <algorithm>
+#include <stdexcept>
+#include <tuple>
+
+namespace merl::scan {
+namespace {
+
+std::tuple<std::uint32_t, std::uint32_t> order_of(const Pair& pair) {
+    return {pair.first, pair.second};
+}
+
+}  // namespace
+
+ReferenceDistances reference_distances(ListedDistances table, Approximations approximations) {
+    if (table.pairs != pairs_of(approximations)) {
+        throw std::invalid_argument("distances of other pairs than those of the approximations");
+    }
+    ReferenceDistances result;
+    const auto& list = approximations.list;
+    result.by_pair.resize(list.size());
+    for (std::size_t i = 0; i < list.size(); ++i) {
+        if (i == 0 || list[i].original != list[i - 1].original) {
+            result.ranges.push_back({list[i].original, i, i});
+        }
+        ++result.ranges.back().end;
+        const auto place =
+            std::ranges::lower_bound(table.pairs, order_of(list[i].pair()), {}, order_of);
+        const auto pair = static_cast<std::uint32_t>(place - table.pairs.begin());
+        result.pairs.push_back(pair);
+        result.by_pair[pair] = static_cast<std::uint32_t>(i);
+    }
+    result.approximations = std::move(approximations);
+    result.table = std::move(table);
+    return result;
+}
+
+const Approximation& ReferenceDistances::of_pair(std::uint32_t pair) const {
+    return approximations.list[by_pair[pair]];
+}
+
+std::vector<double> ReferenceDistances::values_of(const OriginalRange& range,
+                                                  std::size_t metric) const {
+    std::vector<double> values;
+    for (std::size_t i = range.begin; i < range.end; ++i) {
+        values.push_back(table.metrics[metric].values[pairs[i]]);
+    }
+    return values;
+}
+
+std::vector<double> ReferenceDistances::bounds_of(const OriginalRange& range,
+                                                  std::size_t metric) const {
+    const auto& bounds = table.metrics[metric].bounds;
+    std::vector<double> result(range.size());
+    for (std::size_t i = range.begin; i < range.end && !bounds.empty(); ++i) {
+        result[i - range.begin] = bounds[pairs[i]];
+    }
+    return result;
+}
+
+PairColumns ReferenceDistances::columns() const {
+    return {.first_metric = table.metrics[0].metric,
+            .second_metric = table.metrics[1].metric,
+            .first = table.metrics[0].values,
+            .second = table.metrics[1].values,
+            .names = [this](std::uint32_t pair) -> std::array<std::string_view, 2> {
+                const auto& one = of_pair(pair);
+                return {table.names[one.original], table.names[one.approximation]};
+            }};
+}
+
+}  // namespace merl::scan
