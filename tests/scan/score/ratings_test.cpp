@@ -16,7 +16,6 @@ namespace {
 using ::testing::AllOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
-using ::testing::IsEmpty;
 
 const std::vector<std::string> kMaterials = {"abc/gold",      "abc/silk", "measured/gold",
                                              "measured/silk", "sgd/gold", "sgd/silk"};
