@@ -301,22 +301,16 @@ class Votes(Case):
             self.assert_refused(status, words, "votes", *files, "--selection",
                                 selection or self.selection, *options)
 
-        # A comma at the end of the header, in every table that is read.
-        for name, option, expected in (("good.csv", None, "expected 13,"),
-                                       (self.selection, "--selection", "expected the 10 of"),
-                                       ("answers.csv", "--survey", "judge,question,answer")):
-            if name == "answers.csv":
-                (self.work / name).write_text("judge,question,answer\nanna,comments,none\n")
+        # A column without a name that is not empty, in every table that is read.
+        (self.work / "answers.csv").write_text("judge,question,answer\nanna,comments,none\n")
+        for name, columns, files, options in (
+            ("good.csv", 13, ["comma.csv"], {}),
+            (self.selection, 10, [good], {"selection": "comma.csv"}),
+            ("answers.csv", 3, [good], {"options": ["--survey", "comma.csv"]}),
+        ):
             text = (self.work / name).read_text()
-            (self.work / "comma.csv").write_text(text.replace("\n", ",\n", 1))
-            if option == "--selection":
-                refused(["comma.csv", "11 columns", "the last without a name", expected], good,
-                        selection="comma.csv")
-            elif option:
-                refused(["comma.csv", "4 columns", "the last without a name", expected], good,
-                        options=[option, "comma.csv"])
-            else:
-                refused(["comma.csv", "14 columns", "the last without a name", expected], "comma.csv")
+            (self.work / "comma.csv").write_text(text.replace("\n", ",\n", 1).rstrip("\n") + ",x\n")
+            refused(["comma.csv", f'"x" in column {columns + 1}, which is without a name'], *files, **options)
         refused(["other.csv", "kit-2", "kit-1"], good,
                 self.write_judge("other", self.trials(rows, lambda _: 3), kit="kit-2"))
         bad = self.trials(rows, lambda _: 3)
