@@ -222,13 +222,20 @@ void add_scan(CLI::App& program, Command& chosen) {
         "All pair distances under two metrics, all disagreements, and the configurations for "
         "judges");
     auto* distances = add_distance_options(*command, options->distances, kMetrics);
-    command
-        ->add_option("--reference", options->reference,
-                     "The label of originals: scan only them against the materials of the same "
-                     "name in the other databases, which approximate them")
-        ->transform(not_empty());
+    auto* reference =
+        command
+            ->add_option("--reference", options->reference,
+                         "The label of originals: scan only them against the materials of the same "
+                         "name in the other databases, which approximate them")
+            ->transform(not_empty());
+    auto* spheres = command->add_option(
+        "--spheres", options->spheres,
+        "With --reference: show in the page the spheres of the N originals on which the first two "
+        "metrics disagree most, and of their approximations; 0 renders none");
+    spheres->needs(reference);
     add_output_options(*command, options->out, options->force);
     constexpr std::uint32_t kMost = std::numeric_limits<std::uint32_t>::max();
+    spheres->transform(whole_number(0, kMost))->capture_default_str();
     command->add_option("--select", options->select, "Configurations for judges")
         ->transform(whole_number(0, kMost))
         ->capture_default_str();
@@ -251,7 +258,8 @@ void add_scan(CLI::App& program, Command& chosen) {
                     "\n") +
         kMetricsHelp +
         "With --reference there may be more than two: the first two decide the configurations,\n"
-        "and approximations.csv, instead of pairs.csv, has the distances and ranks under all.\n"
+        "and approximations.csv, instead of pairs.csv, has the distances and ranks under all;\n"
+        "approximations.html shows them.\n"
         "What a file's metric leaves open in float32 stays open, as with --fast.\n"
         "\n" +
         kDatabaseHelp +

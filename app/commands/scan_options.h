@@ -16,6 +16,7 @@ struct ScanCommandOptions {
     std::string out = "merl-scan-results";
     std::uint32_t select = 100;
     std::uint32_t per_material = 10;
+    std::uint32_t spheres = 20;                  // of so many originals, with a reference
     std::optional<std::uint64_t> disagreements;  // how many rows to write; all without
     bool fast = false;
     bool force = false;

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <span>
 #include <string>
 #include <utility>
@@ -13,15 +14,20 @@
 #include "app/cli/control.h"
 #include "app/cli/exit_status.h"
 #include "app/cli/terminal.h"
+#include "app/cli/tried_device.h"
 #include "app/commands/obtain_distances.h"
 #include "app/commands/scan_options.h"
+#include "app/output/image_file.h"
 #include "app/output/json.h"
 #include "app/output/output_directory.h"
 #include "app/output/provenance.h"
+#include "app/pages/approximations_page.h"
 #include "app/pipeline/reference_scan.h"
+#include "app/pipeline/spheres.h"
 #include "engine/base/error.h"
 #include "engine/base/stopwatch.h"
 #include "engine/base/text.h"
+#include "engine/distance/engines.h"
 #include "scan/io/csv.h"
 #include "scan/reference/reference_tables.h"
 #include "scan/select/scan_tables.h"
@@ -41,6 +47,8 @@ struct Outcome {
     std::size_t materials = 0;
     pipeline::ReferenceScanResult result;
     ordered_json files = ordered_json::object();  // hashes of those that are read again
+    PageSpheres spheres;
+    double render_seconds = 0;
     double write_seconds = 0;
 
     const scan::ReferenceDistances& distances() const { return result.distances; }
@@ -76,7 +84,8 @@ struct Outcome {
 
     double total_seconds() const {
         const auto& s = result.seconds;
-        return provenance.seconds.total + s.refine + s.count + s.select + s.list + write_seconds;
+        return provenance.seconds.total + s.refine + s.count + s.select + s.list + render_seconds +
+               write_seconds;
     }
 };
 
@@ -162,6 +171,8 @@ std::string summary_json(const ScanCommandOptions& options, const Outcome& o) {
                      {"right", pair_json(o, o.result.strongest->right)},
                      {"agreement", o.result.strongest->agreement}};
     }
+    ordered_json chosen = scan_options_json(options);
+    chosen["spheres"] = options.spheres;
     ordered_json json = program_json();
     json["metrics"] = names;
     json["reference"] = reference_json(o);
@@ -182,7 +193,7 @@ std::string summary_json(const ScanCommandOptions& options, const Outcome& o) {
         {"strongest_disagreement", strongest},
         {"selection", selection_json(o.result.selection)},
         {"disagreements_written", o.result.disagreements.size()},
-        {"options", scan_options_json(options)}});
+        {"options", chosen}});
     json.update(engines_json(o.provenance));
     json["warnings"] = texts_json(o.provenance.warnings);
     json["files"] = o.files;
@@ -193,6 +204,7 @@ std::string summary_json(const ScanCommandOptions& options, const Outcome& o) {
                        {"count", s.count},
                        {"list", s.list},
                        {"select", s.select},
+                       {"render", o.render_seconds},
                        {"write", o.write_seconds},
                        {"total", o.total_seconds()}};
     return json_text(json);
@@ -370,10 +382,10 @@ void print_summary(const ScanCommandOptions& options, const Outcome& o) {
     print_result(
         "seconds",
         fmt::format("{:.2f}: device {:.2f}, distances {:.2f}, refine {:.2f}, count {:.3f}, "
-                    "list {:.2f}, select {:.3f}, write {:.2f}",
+                    "list {:.2f}, select {:.3f}, render {:.2f}, write {:.2f}",
                     o.total_seconds(), o.provenance.seconds.opening,
                     o.provenance.seconds.without_opening(), s.refine, s.count, s.list, s.select,
-                    o.write_seconds));
+                    o.render_seconds, o.write_seconds));
     print_result("results", options.out);
 }
 
@@ -387,6 +399,71 @@ void warn_of_labels(Outcome& o) {
     if (o.result.counts.configurations == 0) {
         warn(o.provenance, "no configurations: no original has two approximations");
     }
+}
+
+/// What renders the spheres of the page: a device that was tried, or why there is none.
+struct SphereDevice {
+    std::optional<device::ContextOptions> context;
+    std::string why_not;
+};
+
+/// To be called before there are other threads (tried_device.h).
+SphereDevice sphere_device(const ScanCommandOptions& options, const pipeline::Control& control) {
+    if (options.spheres == 0) {
+        return {std::nullopt, "There are no spheres, as --spheres 0 asked for."};
+    }
+    if (!options.distances.distances.empty()) {
+        return {std::nullopt, "There are no spheres: distances were read from a table."};
+    }
+    if (options.distances.device == engine::kHost) {
+        return {std::nullopt,
+                "There are no spheres: --device host uses no Vulkan, which renders them."};
+    }
+    try {
+        return {tried_device(options.distances.device, control), ""};
+    } catch (const Error& error) {
+        if (error.fault() != Fault::device) {
+            throw;
+        }
+        return {std::nullopt, fmt::format("There are no spheres: {}.", as_utf8(error.what()))};
+    }
+}
+
+/// Renders the spheres of the page. A device that fails costs the spheres, not the scan.
+void render(const ScanCommandOptions& options, const engine::Database& database,
+            const SphereDevice& device, const pipeline::Control& control, Outcome& o) {
+    o.spheres.why_not = device.why_not;
+    if (!device.context) {
+        return;
+    }
+    Stopwatch watch;
+    const auto shown = originals_on_page(o.distances());
+    std::vector<std::size_t> materials;
+    for (const auto place :
+         std::span(shown).first(std::min<std::size_t>(options.spheres, shown.size()))) {
+        const auto& range = o.distances().ranges[place];
+        materials.push_back(range.original);
+        for (auto i = range.begin; i < range.end; ++i) {
+            materials.push_back(o.approximations().list[i].approximation);
+        }
+    }
+    const pipeline::SphereView view = {.sphere = {.size = kPageSpherePixels}};
+    try {
+        pipeline::render_spheres(
+            database, materials, view, *device.context,
+            [&](const engine::SphereImage& sphere, const pipeline::Image& linear) {
+                o.spheres.png[static_cast<std::uint32_t>(materials[sphere.material])] =
+                    png_file(pipeline::displayed(linear, view));
+            },
+            control);
+    } catch (const Error& error) {
+        if (error.fault() != Fault::device) {
+            throw;
+        }
+        o.spheres.png.clear();
+        o.spheres.why_not = fmt::format("There are no spheres: {}.", as_utf8(error.what()));
+    }
+    o.render_seconds = watch.lap();
 }
 
 }  // namespace
@@ -414,6 +491,12 @@ int run_reference_scan(const ScanCommandOptions& options) {
                   scan::write_selection(file, o.distances().columns(), o.result.selection);
               },
           .is_read_again = true},
+         {.name = "approximations.html",
+          .write =
+              [&](int file) {
+                  scan::write_all(
+                      file, approximations_page(o.provenance, o.materials, o.result, o.spheres));
+              }},
          {.name = "summary.json",
           .write =
               [&](int file) {
@@ -422,6 +505,7 @@ int run_reference_scan(const ScanCommandOptions& options) {
                   scan::write_all(file, summary_json(options, o));
               }}},
         {options.distances.distances});
+    const auto device = sphere_device(options, control);
     scan::Approximations approximations;
     auto obtained = obtain_listed_distances(
         options.distances, kMetrics,
@@ -439,6 +523,11 @@ int run_reference_scan(const ScanCommandOptions& options) {
     o.result = pipeline::scan_reference(std::move(obtained.distances.table),
                                         std::move(approximations), obtained.database.get(),
                                         obtained.metrics, options.of_pipeline(), control);
+    if (obtained.database) {
+        render(options, *obtained.database, device, control, o);
+    } else {
+        o.spheres.why_not = device.why_not;
+    }
     warn_of_labels(o);
     warn_if_all_are_zero(o.provenance, o.distances().table.metrics);
     writing.lap();

@@ -15,29 +15,6 @@ namespace {
 
 using nlohmann::ordered_json;
 
-/// Those of the originals that are shown, as places in `ranges`: the strongest disagreements first,
-/// then those without one.
-std::vector<std::size_t> shown(const scan::ReferenceDistances& distances) {
-    std::vector<std::size_t> places;
-    std::vector<bool> taken(distances.ranges.size());
-    const auto take = [&](std::size_t place) {
-        if (!taken[place] && places.size() < kOriginalsOnPage) {
-            taken[place] = true;
-            places.push_back(place);
-        }
-    };
-    for (const auto& configuration : scan::disagreements_of(distances)) {
-        const auto original = distances.of_pair(configuration.left).original;
-        const auto range = std::ranges::lower_bound(distances.ranges, original, {},
-                                                    &scan::OriginalRange::original);
-        take(static_cast<std::size_t>(range - distances.ranges.begin()));
-    }
-    for (std::size_t place = 0; place < taken.size(); ++place) {
-        take(place);
-    }
-    return places;
-}
-
 ordered_json sphere_json(const PageSpheres& spheres, std::uint32_t material) {
     const auto found = spheres.png.find(material);
     return found == spheres.png.end()
@@ -104,7 +81,7 @@ ordered_json page_data(const pipeline::Provenance& provenance, std::size_t mater
                          {"rate", pair.counts.disagreement_rate()}});
     }
     ordered_json originals = ordered_json::array();
-    for (const auto place : shown(distances)) {
+    for (const auto place : originals_on_page(distances)) {
         originals.push_back(original_json(distances, distances.ranges[place], ranks, spheres));
     }
     return {{"version", provenance.version},
@@ -121,6 +98,27 @@ ordered_json page_data(const pipeline::Provenance& provenance, std::size_t mater
 }
 
 }  // namespace
+
+std::vector<std::size_t> originals_on_page(const scan::ReferenceDistances& distances) {
+    std::vector<std::size_t> places;
+    std::vector<bool> taken(distances.ranges.size());
+    const auto take = [&](std::size_t place) {
+        if (!taken[place] && places.size() < kOriginalsOnPage) {
+            taken[place] = true;
+            places.push_back(place);
+        }
+    };
+    for (const auto& configuration : scan::disagreements_of(distances)) {
+        const auto original = distances.of_pair(configuration.left).original;
+        const auto range = std::ranges::lower_bound(distances.ranges, original, {},
+                                                    &scan::OriginalRange::original);
+        take(static_cast<std::size_t>(range - distances.ranges.begin()));
+    }
+    for (std::size_t place = 0; place < taken.size(); ++place) {
+        take(place);
+    }
+    return places;
+}
 
 std::string approximations_page(const pipeline::Provenance& provenance, std::size_t materials,
                                 const pipeline::ReferenceScanResult& result,

@@ -4,14 +4,22 @@
 #include <cstdint>
 #include <map>
 #include <string>
+#include <vector>
 
 #include "app/pipeline/pair_distances.h"
 #include "app/pipeline/reference_scan.h"
 
 namespace merl::app {
 
-/// So many originals are on the page: those of the strongest disagreements.
+/// So many originals are on the page.
 inline constexpr std::size_t kOriginalsOnPage = 500;
+
+/// Pixels along the side of a sphere.
+inline constexpr std::uint32_t kPageSpherePixels = 96;
+
+/// Those of the originals that are on the page, as places in `ranges`: those of the strongest
+/// disagreements of the first two metrics first, then those without one.
+std::vector<std::size_t> originals_on_page(const scan::ReferenceDistances& distances);
 
 /// What the page shows of materials, by their indices.
 struct PageSpheres {

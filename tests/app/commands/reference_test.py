@@ -11,7 +11,7 @@ from reference import sign
 from support import GRID, INPUT, USAGE, Case, read_csv, read_json, samples, tree, write_database
 from tables import write_rows
 
-FILES = ["approximations.csv", "disagreements.csv", "selection.csv", "summary.json"]
+FILES = ["approximations.csv", "approximations.html", "disagreements.csv", "selection.csv", "summary.json"]
 
 
 def near(numbers, seed, scale):
