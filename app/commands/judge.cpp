@@ -34,6 +34,7 @@
 #include "scan/io/csv.h"
 #include "scan/io/input.h"
 #include "scan/pairs/distance_table.h"
+#include "scan/pairs/material_labels.h"
 #include "scan/reference/approximations_file.h"
 #include "scan/select/selection_file.h"
 #include "scan/votes/kit_file.h"
@@ -256,6 +257,17 @@ void print_summary(const Options& options, const engine::Database& database, con
                              options.out, static_cast<double>(bytes) / 1e6));
 }
 
+/// Whether every row has one material of another label than two of the same name beside it.
+bool is_of_originals(const scan::SelectionFile& selection) {
+    return std::ranges::all_of(selection.configurations, [](const auto& configuration) {
+        const auto& [left_1, left_2, right_1, right_2] = configuration.materials;
+        const auto original = scan::labelled(left_1);
+        return left_1 == right_1 && !original.label.empty() &&
+               original.name == scan::labelled(left_2).name &&
+               original.name == scan::labelled(right_2).name;
+    });
+}
+
 int run(const Options& options) {
     std::string html;
     scan::Kit kit;
@@ -272,6 +284,13 @@ int run(const Options& options) {
     const auto found =
         find_scan_record(options.selection, "selection.csv", hash_of(text), &selection);
     const std::string reference = found.record ? found.record->reference : "";
+    if (!found.record && is_of_originals(selection)) {
+        throw InputError(fmt::format(
+            "{}: its rows are of originals and two approximations, as scan --reference writes "
+            "them, "
+            "and {}, which says so; put that summary.json beside it, or judges are asked for pairs",
+            options.selection, found.why_not));
+    }
     auto trials = reference.empty() ? pair_trials(options, selection, found)
                                     : reference_trials(options, selection, found);
     const ScannedDatabase scanned(found, options.selection, options.database, options.quiet);

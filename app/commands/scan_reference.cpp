@@ -290,7 +290,7 @@ void print_ranks(const Outcome& o) {
         print_line(line);
     }
     print_line("");
-    print_line("The hardest originals, and how far the best approximation is:");
+    print_line("The hardest of these, and how far the best approximation is:");
     for (std::size_t m = 0; m < summary.metrics.size(); ++m) {
         std::vector<std::string> hardest;
         const auto& all = summary.metrics[m].hardest;

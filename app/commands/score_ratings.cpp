@@ -73,7 +73,8 @@ std::optional<scan::RatingScale> scale_of(const std::string& text) {
     const auto low = parse_finite(all.substr(0, colon));
     const auto high =
         colon == std::string::npos ? std::nullopt : parse_finite(all.substr(colon + 1));
-    if (!low || !high || *low >= *high) {
+    if (!low || !high || *low >= *high ||
+        std::max(std::abs(*low), std::abs(*high)) > scan::max_rating) {
         throw Error(
             Fault::usage,
             fmt::format("--scale: found \"{}\"; expected the least and the greatest rating, "

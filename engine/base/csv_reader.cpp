@@ -13,12 +13,14 @@
 namespace merl {
 namespace {
 
-/// What separates the columns of a text, by its first line.
+/// What separates the columns of a text, by its first line with content.
 char separator_of(std::string_view text) {
     bool quoted = false;
     bool semicolon = false;
     bool tab = false;
-    for (const char c : text.substr(std::min(text.find_first_not_of("\r\n"), text.size()))) {
+    const auto content = std::min(text.find_first_not_of("\r\n \t,;"), text.size());
+    const auto line = content == 0 ? std::string_view::npos : text.rfind('\n', content - 1);
+    for (const char c : text.substr(line == std::string_view::npos ? 0 : line + 1)) {
         quoted ^= c == '"';
         if (!quoted && (c == ',' || c == '\n')) {
             return c == ',' ? ',' : semicolon ? ';' : tab ? '\t' : ',';
@@ -204,7 +206,9 @@ bool CsvReader::read_row(std::vector<std::string>& fields) {
 void CsvReader::fit_to_header(std::vector<std::string>& fields) const {
     const std::size_t width = width_ + (numbers_rows_ ? 1 : 0);
     const auto found = fields.size();
-    while (fields.size() > width && is_blank(fields.back())) {
+    // Where commas separate, a row that is wider than the header may have a decimal comma.
+    const bool may_be_cut = separator_ != ',' || found <= full_width_;
+    while (may_be_cut && fields.size() > width && is_blank(fields.back())) {
         fields.pop_back();
     }
     if (fields.size() != width) {
@@ -213,7 +217,7 @@ void CsvReader::fit_to_header(std::vector<std::string>& fields) const {
                 ? " (a decimal comma makes two fields of a number: with semicolons between columns "
                   "it does not)"
                 : "";
-        if (fields.size() > width && fields.size() <= full_width_) {
+        if (may_be_cut && fields.size() > width && fields.size() <= full_width_) {
             fail(
                 fmt::format("found \"{}\" in column {}, which is without a name; expected a name "
                             "for it, or nothing below{}",

@@ -25,7 +25,8 @@ std::string columns_text(const std::vector<std::string>& header);
 /// names the line.
 ///
 /// Below a header it takes what spreadsheets and data frames add: columns at the end without a name
-/// and without content, rows without content, and a first column without a name that has nothing
+/// and without content (where commas separate, only those that the header has too: a decimal comma
+/// makes a row wider), rows without content, and a first column without a name that has nothing
 /// but row numbers. Nothing of that is left in the fields.
 class CsvReader {
   public:

@@ -45,7 +45,7 @@ DistanceTable parse_distance_table(std::string_view text, const std::string& fil
         }
         const Pair pair = pair_at(missing, listed.materials());
         throw InputError(fmt::format(
-            "{}: found {} pairs of {} materials; expected all {}: \"{}\" and \"{}\" are missing",
+            R"({}: found {} pairs of {} materials; expected all {}: "{}" and "{}" are missing)",
             file, listed.pairs.size(), listed.materials(), pairs, listed.names[pair.first],
             listed.names[pair.second]));
     }

@@ -5,9 +5,7 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <limits>
 #include <numeric>
-#include <optional>
 #include <unordered_map>
 #include <utility>
 

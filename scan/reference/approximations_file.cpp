@@ -42,10 +42,11 @@ std::vector<ApproximationDistances> parse_approximations(std::string_view text,
     std::vector<std::string> fields;
     while (reader.next(fields)) {
         const auto distance = [&](std::size_t i) {
-            const auto value = parse_magnitude(fields[i]);
+            const auto value = reader.magnitude(fields[i]);
             if (!value) {
-                reader.fail(fmt::format("{}: found \"{}\"; expected a finite number, zero or more",
-                                        header[i], fields[i]));
+                reader.fail(
+                    fmt::format("{}: found \"{}\"; expected a finite number, zero or more{}",
+                                header[i], fields[i], reader.decimal_comma_hint(fields[i])));
             }
             return *value;
         };
@@ -65,8 +66,8 @@ std::vector<ApproximationDistances> parse_approximations(std::string_view text,
     std::ranges::sort(rows, {}, key);
     const auto twice = std::ranges::adjacent_find(rows, {}, key);
     if (twice != rows.end()) {
-        reader.fail(fmt::format(R"(found "{}" of "{}" a second time)", twice->approximation,
-                                twice->original));
+        throw InputError(fmt::format(R"({}: found "{}" of "{}" twice; expected a row of each)",
+                                     file, twice->approximation, twice->original));
     }
     if (rows.empty()) {
         reader.fail("found no row after the header; expected an approximation");

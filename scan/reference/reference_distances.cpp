@@ -49,16 +49,6 @@ std::vector<double> ReferenceDistances::values_of(const OriginalRange& range,
     return values;
 }
 
-std::vector<double> ReferenceDistances::bounds_of(const OriginalRange& range,
-                                                  std::size_t metric) const {
-    const auto& bounds = table.metrics[metric].bounds;
-    std::vector<double> result(range.size());
-    for (std::size_t i = range.begin; i < range.end && !bounds.empty(); ++i) {
-        result[i - range.begin] = bounds[pairs[i]];
-    }
-    return result;
-}
-
 PairColumns ReferenceDistances::columns() const {
     return {.first_metric = table.metrics[0].metric,
             .second_metric = table.metrics[1].metric,

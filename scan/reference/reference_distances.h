@@ -31,9 +31,8 @@ struct ReferenceDistances {
     /// The original and the approximation of a pair of the table.
     const Approximation& of_pair(std::uint32_t pair) const;
 
-    /// The distances under a metric, or their bounds, of the approximations of an original.
+    /// The distances under a metric of the approximations of an original.
     std::vector<double> values_of(const OriginalRange& range, std::size_t metric) const;
-    std::vector<double> bounds_of(const OriginalRange& range, std::size_t metric) const;
 
     /// Whether all labels have an approximation of this original.
     bool is_complete(const OriginalRange& range) const {

@@ -1,8 +1,7 @@
 #include "scan/reference/reference_scan.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
+#include <functional>
 #include <span>
 #include <stdexcept>
 #include <utility>
@@ -12,6 +11,10 @@
 
 namespace merl::scan {
 namespace {
+
+/// So many configurations are compared with those that are taken; where that does not do, all
+/// distances are wanted instead of finding out which.
+constexpr std::uint64_t most_compared = 1U << 26U;
 
 /// Calls `visit` with the two pairs of every configuration.
 template <typename Visit>
@@ -96,10 +99,15 @@ std::vector<bool> wanted_for_selection(const ReferenceDistances& distances,
     }
     const auto want = [&](const Configuration& c) { wanted[c.left] = wanted[c.right] = true; };
     const auto all = disagreements_of(distances);
+    std::uint64_t compared = 0;
     take_greedily(distances, all, select, per_material, [&](std::size_t place, const auto& before) {
         const auto& taken = all[place];
         want(taken);
         for (auto i = place + 1; i < all.size() && !doubts.surely_after(all[i], taken); ++i) {
+            if (++compared > most_compared) {
+                wanted.assign(wanted.size(), true);
+                return;
+            }
             if (doubts.may_come_before(all[i], taken) && before.open(table.pairs[all[i].left]) &&
                 before.open(table.pairs[all[i].right])) {
                 want(all[i]);

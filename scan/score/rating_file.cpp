@@ -4,8 +4,8 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
-#include <utility>
 
 #include "engine/base/csv_reader.h"
 #include "scan/pairs/material_numbers.h"
@@ -101,6 +101,10 @@ RatingFile parse_ratings(std::string_view text, const std::string& file,
         if (!rating) {
             reader.fail(fmt::format("{}: found \"{}\"; expected a finite number{}",
                                     format.columns[2], field, reader.decimal_comma_hint(field)));
+        }
+        if (std::abs(*rating) > max_rating) {
+            reader.fail(fmt::format("{}: found {}; expected a number of at most {:g} in size",
+                                    format.columns[2], *rating, max_rating));
         }
         if (result.scale && (*rating < result.scale->low || *rating > result.scale->high)) {
             reader.fail(fmt::format("{}: found {}; expected a number from {} to {}, the scale{}",

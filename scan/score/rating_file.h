@@ -12,6 +12,9 @@
 
 namespace merl::scan {
 
+/// So large a rating may be, or small: sums of them stay finite.
+inline constexpr double max_rating = 1e100;
+
 /// What ratings can be, as far as it is stated.
 struct RatingScale {
     double low;

@@ -203,21 +203,25 @@ std::vector<double> predictions_of_names(const Ratings& ratings) {
         of_name[ratings.list[i].name].push_back(i);
     }
     for (const auto& places : of_name) {
-        double all = 0;
-        for (const auto i : places) {
-            all += ratings.list[i].rating;
+        // Sums from either end: taking one's own from that of all would leave its roundings.
+        std::vector<double> before(places.size() + 1);
+        std::vector<double> after(places.size() + 1);
+        for (std::size_t i = 0; i < places.size(); ++i) {
+            const auto j = places.size() - 1 - i;
+            before[i + 1] = before[i] + ratings.list[places[i]].rating;
+            after[j] = after[j + 1] + ratings.list[places[j]].rating;
         }
         for (std::size_t begin = 0; begin < places.size();) {
             std::size_t end = begin;
-            double own = 0;
             while (end < places.size() &&
                    ratings.list[places[end]].original == ratings.list[places[begin]].original) {
-                own += ratings.list[places[end++]].rating;
+                ++end;
             }
             const auto others = places.size() - (end - begin);
+            const double sum = before[begin] + after[end];
             for (; begin < end; ++begin) {
                 if (others > 0) {
-                    result[places[begin]] = (all - own) / static_cast<double>(others);
+                    result[places[begin]] = decimal_mean(sum, others);
                 }
             }
         }
@@ -263,9 +267,8 @@ FigureDifference difference_of(const ClusteredFigure& first, const ClusteredFigu
             p_of_zero(figure, clusters.effective, clusters.too_few)};
 }
 
-/// Adjusts the p-values of one figure for all rows.
-void adjust(std::vector<RatingDifference>& differences,
-            FigureDifference RatingDifference::*figure) {
+/// Adjusts the p-values of one figure for all rows that can have it.
+void adjust(std::span<RatingDifference> differences, FigureDifference RatingDifference::*figure) {
     std::vector<double> p_values;
     p_values.reserve(differences.size());
     for (const auto& row : differences) {
@@ -296,10 +299,11 @@ std::vector<RatingDifference> differences_of(std::span<const Figures> metrics,
             add(first, second);
         }
     }
+    const std::size_t of_metrics = result.size();
     for (std::uint32_t first = 0; name_alone && first < metrics.size(); ++first) {
         add(first, std::nullopt);
     }
-    adjust(result, &RatingDifference::spearman);
+    adjust(std::span(result).first(of_metrics), &RatingDifference::spearman);  // names have none
     adjust(result, &RatingDifference::pairs);
     adjust(result, &RatingDifference::pairs_apart);
     return result;

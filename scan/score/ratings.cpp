@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "engine/base/number.h"
+#include "scan/pairs/material_labels.h"
 
 namespace merl::scan {
 namespace {
@@ -24,15 +25,6 @@ std::string lower(std::string_view text) {
     std::ranges::transform(result, result.begin(),
                            [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
     return result;
-}
-
-/// What is before the first slash of a name, and what is behind it: where databases are joined, the
-/// label and the material. Without a slash the label is empty.
-std::pair<std::string_view, std::string_view> parts_of(std::string_view name) {
-    const auto slash = name.find('/');
-    return slash == std::string_view::npos
-               ? std::pair(std::string_view(), name)
-               : std::pair(name.substr(0, slash), name.substr(slash + 1));
 }
 
 /// A row whose names are found.
@@ -50,7 +42,7 @@ class Resolver {
              std::span<const std::string> materials)
         : file_(file), naming_(naming), materials_(materials), originals_(file.names.size()) {
         for (const auto& name : materials) {
-            const auto [label, rest] = parts_of(name);
+            const auto [label, rest] = labelled(name);
             close_.try_emplace(lower(name), name);
             close_.try_emplace(lower(label), label);
             close_.try_emplace(lower(rest), name);
@@ -67,7 +59,7 @@ class Resolver {
             return std::nullopt;
         }
         const std::string& text = name_of(row.approximation);
-        const std::string material(parts_of(materials_[*original]).second);
+        const std::string material(labelled(materials_[*original]).name);
         if (text == name_of(row.original)) {
             return Row{*original, *original, {}, row.rating};
         }
@@ -78,7 +70,7 @@ class Resolver {
             ++unknown_[labels_.contains(text) ? within : text];
             return std::nullopt;
         }
-        const auto label = parts_of(materials_[*found]).first;
+        const auto label = labelled(materials_[*found]).label;
         return Row{*original, *found, label.empty() ? std::string_view(text) : label, row.rating};
     }
 
@@ -153,7 +145,7 @@ class Resolver {
 void expect_label(const std::string& label, std::span<const std::string> materials) {
     std::set<std::string_view> labels;
     for (const auto& name : materials) {
-        if (const auto found = parts_of(name).first; !found.empty()) {
+        if (const auto found = labelled(name).label; !found.empty()) {
             labels.insert(found);
         }
     }
@@ -164,11 +156,6 @@ void expect_label(const std::string& label, std::span<const std::string> materia
                         labels.empty() ? "there is none, as materials are of one without"
                                        : fmt::format("{}", fmt::join(labels, ", "))));
     }
-}
-
-/// The mean, rounded to 12 digits: 0.1 + 0.7 is the decimal 0.3 + 0.5 is, and not the float64.
-double mean_of(double sum, std::uint64_t count) {
-    return *parse_finite(fmt::format("{:.12g}", sum / static_cast<double>(count))) + 0.0;
 }
 
 /// Rows of one approximation as one, and the names by number.
@@ -199,7 +186,7 @@ void merge(std::vector<Row>& rows, Ratings& ratings) {
     }
     for (auto& rated : ratings.list) {
         if (rated.ratings > 1) {
-            rated.rating = mean_of(rated.rating, rated.ratings);
+            rated.rating = decimal_mean(rated.rating, rated.ratings);
         }
     }
 }
@@ -241,6 +228,11 @@ void expect_variation(const RatingFile& file, const Ratings& ratings) {
 }
 
 }  // namespace
+
+double decimal_mean(double sum, std::uint64_t count) {
+    const auto mean = parse_finite(fmt::format("{:.12g}", sum / static_cast<double>(count)));
+    return mean.value() + 0.0;
+}
 
 Ratings resolve_ratings(const RatingFile& file, const RatingNaming& naming,
                         std::span<const std::string> materials) {

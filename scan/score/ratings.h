@@ -56,6 +56,10 @@ struct RatingNaming {
     RatingNames names = {};      ///< what stands for something else
 };
 
+/// A mean of ratings, rounded to 12 digits: that of 0.1 and 0.7 is then that of 0.3 and 0.5, as it
+/// is of the decimals.
+double decimal_mean(double sum, std::uint64_t count);
+
 /// The rows of `file` whose materials are all there (`materials`, ascending), with the mean of the
 /// ratings of one approximation, rounded to 12 digits where there are several: what is equal as a
 /// decimal ties.

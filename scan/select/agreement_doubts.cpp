@@ -50,12 +50,13 @@ double AgreementDoubts::greatest(const Configuration& c) const {
     return c.agreement * (1 + doubt(c));
 }
 
-bool AgreementDoubts::may_come_before(const Configuration& one, const Configuration& other) const {
-    return one.agreement * (1 - doubt(one)) <= greatest(other);
+bool AgreementDoubts::may_come_before(const Configuration& later,
+                                      const Configuration& taken) const {
+    return later.agreement * (1 - doubt(later)) <= greatest(taken);
 }
 
-bool AgreementDoubts::surely_after(const Configuration& one, const Configuration& other) const {
-    return one.agreement * (1 - 2.02 * worst_ - rounding) > greatest(other);
+bool AgreementDoubts::surely_after(const Configuration& later, const Configuration& taken) const {
+    return later.agreement * (1 - 2.02 * worst_ - rounding) > greatest(taken);
 }
 
 }  // namespace merl::scan

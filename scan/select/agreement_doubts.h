@@ -25,11 +25,12 @@ class AgreementDoubts {
     /// Whether there are no others with a doubt.
     bool none() const { return worst_ == 0; }
 
-    /// Whether the exact agreement of one may be no greater than that of the other.
-    bool may_come_before(const Configuration& one, const Configuration& other) const;
+    /// Whether the exact agreement of a later one may be no greater than that of one that is taken.
+    bool may_come_before(const Configuration& later, const Configuration& taken) const;
 
-    /// Whether no configuration of one's agreement, or a greater one, may come before the other.
-    bool surely_after(const Configuration& one, const Configuration& other) const;
+    /// Whether nothing of the agreement of a later one, or a greater agreement, may come before one
+    /// that is taken.
+    bool surely_after(const Configuration& later, const Configuration& taken) const;
 
   private:
     double doubt(const Configuration& c) const;

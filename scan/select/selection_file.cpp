@@ -46,7 +46,8 @@ void read_header(CsvReader& reader, SelectionFile& selection) {
 double number(const std::string& text, CsvReader& reader) {
     const auto value = reader.magnitude(text);
     if (!value) {
-        reader.fail(fmt::format("found \"{}\"; expected a finite number, zero or more", text));
+        reader.fail(fmt::format("found \"{}\"; expected a finite number, zero or more{}", text,
+                                reader.decimal_comma_hint(text)));
     }
     return *value;
 }

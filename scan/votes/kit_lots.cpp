@@ -5,7 +5,7 @@
 
 namespace merl::scan {
 
-std::vector<std::uint32_t> ranks_of(const std::vector<double>& values) {
+std::vector<std::uint32_t> places_in_order(const std::vector<double>& values) {
     std::vector<std::uint32_t> order(values.size());
     std::iota(order.begin(), order.end(), 0U);
     std::ranges::stable_sort(order, {}, [&](std::uint32_t i) { return values[i]; });

@@ -42,13 +42,13 @@ class Lots {
 inline constexpr std::uint64_t most_draws = 10'000'000;
 
 /// 0 for the smallest of the distances; equal ones in their order.
-std::vector<std::uint32_t> ranks_of(const std::vector<double>& values);
+std::vector<std::uint32_t> places_in_order(const std::vector<double>& values);
 
 /// The indices of so many of the smallest keys; equal ones in their order.
 std::vector<std::uint32_t> smallest(const std::vector<std::uint32_t>& keys, std::size_t count);
 
 /// Keys that are the smaller the farther something is under both metrics: by the smaller of its two
-/// ranks (ranks_of).
+/// ranks (places_in_order).
 std::vector<std::uint32_t> farness(const std::vector<std::uint32_t>& first,
                                    const std::vector<std::uint32_t>& second);
 

@@ -42,8 +42,8 @@ FourMaterials materials_of(std::uint32_t left, std::uint32_t right, const Distan
 }
 
 void add_sentinels(std::vector<KitTrial>& trials, const Distances& distances, const KitPlan& plan) {
-    const auto first = ranks_of(distances.first);
-    const auto second = ranks_of(distances.second);
+    const auto first = places_in_order(distances.first);
+    const auto second = places_in_order(distances.second);
     std::vector<std::uint32_t> near(first.size());
     for (std::size_t i = 0; i < first.size(); ++i) {
         near[i] = std::max(first[i], second[i]);

@@ -43,7 +43,7 @@ std::vector<std::uint32_t> farthest(const List& list, std::size_t count) {
         first.push_back(row.first);
         second.push_back(row.second);
     }
-    return smallest(farness(ranks_of(first), ranks_of(second)), count);
+    return smallest(farness(places_in_order(first), places_in_order(second)), count);
 }
 
 void add_sentinels(std::vector<KitTrial>& trials, const List& list, const KitPlan& plan) {

@@ -379,8 +379,11 @@ void VulkanMetric::make_grid(const Products& products, const Slab& slab, std::si
     }
 }
 
-void VulkanMetric::upload(device::Submission& submission, const Products& products) const {
-    submission.upload(places_, places_.bytes());
+void VulkanMetric::upload(device::Submission& submission, const Products& products) {
+    if (!has_places_) {  // for all slabs, which come after this one
+        submission.upload(places_, places_.bytes());
+        has_places_ = true;
+    }
     if (products.grid_) {
         submission.upload(*products.grid_, products.grid_->bytes());
     }

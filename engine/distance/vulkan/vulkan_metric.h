@@ -115,7 +115,7 @@ class VulkanMetric {
                    std::span<const BlockSamples> blocks) const;
 
     /// The places of the tiles, and the grid where the host makes it; before record().
-    void upload(device::Submission& submission, const Products& products) const;
+    void upload(device::Submission& submission, const Products& products);
 
     /// Records everything for a slab of `voxels` voxels, filled up to `blocks` blocks. Marks twice:
     /// after the grid is made, and after the differences.
@@ -143,6 +143,7 @@ class VulkanMetric {
     PairTiles tiles_;
     PairTotals totals_;
     device::Buffer places_;              // of the tiles, PairTiles::Place [tile]
+    bool has_places_ = false;            // the device
     device::WorkBudget grid_budget_;     // in blocks of a material
     device::WorkBudget pair_budget_;     // in blocks of a pair
     std::vector<BlockWeights> weights_;  // where the host makes the grids

@@ -245,6 +245,18 @@ class Ratings(Case):
         self.assertRegex(self.output, r"(?m)^\(name alone\) ")
         self.assertRegex(self.output, r"(?m)^  against \(name alone\): ")
 
+    def test_what_a_name_predicts_ties_as_decimals_do(self):
+        write_rows(self.work / "t.csv", ["material_1", "material_2", "m"],
+                   [["r/x", "a/x", 1], ["r/x", "b/x", 2], ["r/y", "a/y", 3], ["r/y", "b/y", 1], ["r/z", "a/z", 1],
+                    ["r/z", "b/z", 2]])
+        write_rows(self.work / "r.csv", ["original", "approximation", "rating"],
+                   [["r/x", "a/x", 0.1], ["r/x", "b/x", 0.3], ["r/y", "a/y", 1], ["r/y", "b/y", 5],
+                    ["r/z", "a/z", 0.7], ["r/z", "b/z", 0.5]])
+        self.assert_success("score", "--ratings", "r.csv", "--distances", "t.csv", "--out", "out")
+        header, rows = read_csv(self.work / "out" / "ratings.csv")
+        alone = [dict(zip(header, row)) for row in rows]
+        self.assertEqual([r["name_alone"] for r in alone if r["original"] == "r/y"], ["0.4", "0.4"])
+
     def test_a_pair_that_the_table_lacks(self):
         header, rows = read_csv(self.work / "t.csv")
         write_rows(self.work / "t.csv", header, rows[1:])

@@ -9,7 +9,7 @@ import reference
 import support
 from reference import sign
 from support import GRID, INPUT, USAGE, Case, read_csv, read_json, samples, tree, write_database
-from tables import write_rows
+from tables import COLUMNS, write_rows
 
 FILES = ["approximations.csv", "approximations.html", "disagreements.csv", "selection.csv", "summary.json"]
 
@@ -195,6 +195,38 @@ class Reference(Case):
             one, other, *bounds = float32[frozenset(row[:2])]
             self.assertLessEqual(abs(row[3] - one), bounds[0])
             self.assertLessEqual(abs(row[4] - other), bounds[1])
+
+    def test_the_whole_study(self):
+        """From the scan to what votes and a score say of it, each from the files of the one before."""
+        self.write_databases()
+        self.reference_scan(*self.databases, "--reference", "measured", "--spheres", "0")
+        self.assert_success("judge", "--selection", "out/selection.csv", "--size", "16", "--out", "kit")
+        kit = read_json(self.work / "kit" / "kit.json")
+        self.assertEqual(kit["reference"], "measured")
+        self.assertTrue(all(t["left"][0] == t["right"][0] for t in kit["trials"]))
+        self.assertEqual({t["kind"] for t in kit["trials"]}, {"selection", "sentinel", "repeat", "random"}
+                         - (set() if any(t["kind"] == "random" for t in kit["trials"]) else {"random"}))
+        votes = [[judge, i, t["configuration"], t["kind"], *t["left"], *t["right"], 0, t.get("expected") or 1, 900,
+                  kit["seed"], kit["kit_hash"]] for judge in ("ann", "bob") for i, t in enumerate(kit["trials"], 1)]
+        write_rows(self.work / "votes.csv", COLUMNS, votes)
+        self.assert_success("votes", "votes.csv", "--selection", "out/selection.csv", "--kit", "kit/kit.json", "--out",
+                            "said")
+        chosen = [t["left"][1].split("/")[0] for t in kit["trials"] if t["kind"] == "selection"]
+        labels = read_json(self.work / "said" / "summary.json")["approximations"]["selection"]["labels"]
+        self.assertEqual({label["label"]: label["chosen"] for label in labels},
+                         {label: 2 * chosen.count(label) for label in ("fit0", "fit1", "fit2", "fit3")})
+        self.assert_success("score", "--judgements", "said/judgements.csv", "--metrics", "cwcbrt,pawcielab", "--out",
+                            "score")
+        # What says that these are originals belongs to the selection.
+        (self.work / "alone").mkdir()
+        (self.work / "out" / "selection.csv").rename(self.work / "alone" / "selection.csv")
+        self.assert_refused(INPUT, ["alone/selection.csv", "scan --reference", "summary.json"], "judge", "--selection",
+                            "alone/selection.csv", *self.databases, "--sentinels", "0", "--random", "0")
+        # A table of approximations that is not of this scan is refused.
+        (self.work / "alone" / "selection.csv").rename(self.work / "out" / "selection.csv")
+        with open(self.work / "out" / "approximations.csv", "a", encoding="utf-8") as table:
+            table.write("x,y,z\n")
+        self.assert_refused(INPUT, ["approximations.csv"], "judge", "--selection", "out/selection.csv", "--out", "again")
 
     def test_limits(self):
         self.write_databases()

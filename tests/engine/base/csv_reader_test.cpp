@@ -149,8 +149,9 @@ TEST(CsvReader, SeparatorsAreThoseOfTheFirstLine) {
 TEST(CsvReader, WhatSpreadsheetsAndDataFramesAdd) {
     const Rows expected = {{"a", "b"}, {"1", "2"}, {"3", "4"}};
     EXPECT_EQ(rows_below_header("a,b,,\n1,2,,\n,,,\n3,4\n"), expected);
-    EXPECT_EQ(rows_below_header(",,\n \na,b\n1,2,,,,\n,\n3,4,\n \n"), expected);
+    EXPECT_EQ(rows_below_header(",,\n \na,b,,,,\n1,2,,,,\n,\n3,4,\n \n"), expected);
     EXPECT_EQ(rows_below_header(",a,b\n0,1,2\n17,3,4\n"), expected);
+    EXPECT_EQ(rows_below_header(",,,\na;b\n1;2;;;\n3;4;\n"), expected);
     EXPECT_EQ(rows_below_header("\"\";\"a\";\"b\";\n\"1\";1;2;\n\"2\";3;4\n"), expected);
     EXPECT_EQ(rows_below_header("Unnamed: 0,a,b\n0,1,2\n1,3,4\n"), expected);
     // A field without content is one below a name.
@@ -177,8 +178,11 @@ TEST(CsvReader, ADecimalCommaIsNeverTakenForASeparator) {
     EXPECT_THAT(complaint_below_header("a,b\n1,5,2\n"),
                 AllOf(HasSubstr("found 3 fields; expected 2"), HasSubstr("decimal comma")));
     EXPECT_THAT(complaint_below_header(",a,b\n1,5,2\nx,1,5,2\n"), HasSubstr("found 4 fields"));
-    EXPECT_THAT(complaint_below_header("a,b,\n1,5,2,\n"),
+    EXPECT_THAT(complaint_below_header("a,b,\n1,5,2\n"),
                 AllOf(HasSubstr("found \"2\" in column 3"), HasSubstr("decimal comma")));
+    for (const auto* const text : {"a,b,\n1,5,2,\n", "a,b\n1,5,\n", "a,b\n1,2\n1,5,\n"}) {
+        EXPECT_THAT(complaint_below_header(text), HasSubstr("decimal comma")) << text;
+    }
     EXPECT_THAT(complaint_below_header("a,b\n1,5,2,5\n"), HasSubstr("found 4 fields"));
     CsvReader commas("a,b", "file.csv");
     EXPECT_EQ(commas.number("1,5"), std::nullopt);

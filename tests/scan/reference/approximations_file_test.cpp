@@ -43,7 +43,7 @@ TEST(ApproximationsFile, BadFilesAreExplained) {
     EXPECT_THAT(complaint(header + "o/a,p/a,1,-2\n"), HasSubstr("line 2: y: found \"-2\""));
     EXPECT_THAT(complaint(header + "o/a,p/a,nan,2\n"), HasSubstr("x: found \"nan\""));
     EXPECT_THAT(complaint(header + "o/a,p/a,1,2\no/b,p/b,1,2\no/a,p/a,1,2\n"),
-                HasSubstr("\"p/a\" of \"o/a\" a second time"));
+                HasSubstr("\"p/a\" of \"o/a\" twice"));
 }
 
 }  // namespace

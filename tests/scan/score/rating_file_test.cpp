@@ -89,6 +89,7 @@ TEST(RatingFile, BadFilesAreExplained) {
         expect_refused(fmt::format("{}a,m,{}\n", header, rating),
                        {"line 2", fmt::format("rating: found \"{}\"", rating), "finite number"});
     }
+    expect_refused(header + "a,m,-1.1e100\n", {"line 2", "at most 1e+100 in size"});
     expect_refused(header + "a,m,\n", {"rating: found nothing", "or no such row"});
     expect_refused("original;approximation;rating\na;m;0,5\na;n;1.5\n",
                    {"line 3", "one decimal mark"});
