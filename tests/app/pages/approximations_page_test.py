@@ -168,7 +168,8 @@ class Page(Case):
 
     def test_windows(self):
         self.show(*self.write_table([f"a-rather-long-name-of-a-material-{i}" for i in range(12)],
-                                    [f"approximation-{i}" for i in range(12)], [f"metric:parameter={i}" for i in range(5)]))
+                                    [f"approximation-{i}" for i in range(12)],
+                                    [f"./my-metric.glsl:haze={i}:saturation=0.9313:gloss=0.1966" for i in range(5)]))
         for width in 1400, 1024, 390:
             self.browser.open(self.page, width=width, height=800)
             self.assertLessEqual(self.browser.run("document.documentElement.scrollWidth"), width)
