@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <new>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <span>
@@ -13,6 +14,7 @@
 
 #include "app/cli/control.h"
 #include "app/cli/exit_status.h"
+#include "app/cli/guard.h"
 #include "app/cli/terminal.h"
 #include "app/cli/tried_device.h"
 #include "app/commands/obtain_distances.h"
@@ -407,6 +409,21 @@ struct SphereDevice {
     std::string why_not;
 };
 
+/// In a handler: why there are no spheres, where the device or memory for it is lacking, of which
+/// the scan itself may need none. Throws again whatever else it is.
+std::string why_no_spheres() {
+    try {
+        throw;
+    } catch (const Error& error) {
+        if (error.fault() != Fault::device && error.fault() != Fault::resource) {
+            throw;
+        }
+        return fmt::format("There are no spheres: {}.", as_utf8(error.what()));
+    } catch (const std::bad_alloc&) {
+        return "There are no spheres: there was not enough memory to render them.";
+    }
+}
+
 /// To be called before there are other threads (tried_device.h).
 SphereDevice sphere_device(const ScanCommandOptions& options, const pipeline::Control& control) {
     if (options.spheres == 0) {
@@ -419,13 +436,16 @@ SphereDevice sphere_device(const ScanCommandOptions& options, const pipeline::Co
         return {std::nullopt,
                 "There are no spheres: --device host uses no Vulkan, which renders them."};
     }
+    if (options.distances.device.empty() && memory_is_limited()) {
+        // It may crash there after all, and nobody asked for it.
+        return {std::nullopt,
+                "There are no spheres: a Vulkan driver may crash within limited memory (ulimit -v, "
+                "-d); raise the limit, or name a device with --device."};
+    }
     try {
         return {tried_device(options.distances.device, control), ""};
-    } catch (const Error& error) {
-        if (error.fault() != Fault::device) {
-            throw;
-        }
-        return {std::nullopt, fmt::format("There are no spheres: {}.", as_utf8(error.what()))};
+    } catch (...) {
+        return {std::nullopt, why_no_spheres()};
     }
 }
 
@@ -456,12 +476,9 @@ void render(const ScanCommandOptions& options, const engine::Database& database,
                     png_file(pipeline::displayed(linear, view));
             },
             control);
-    } catch (const Error& error) {
-        if (error.fault() != Fault::device) {
-            throw;
-        }
+    } catch (...) {
         o.spheres.png.clear();
-        o.spheres.why_not = fmt::format("There are no spheres: {}.", as_utf8(error.what()));
+        o.spheres.why_not = why_no_spheres();
     }
     o.render_seconds = watch.lap();
 }

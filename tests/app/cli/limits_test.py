@@ -227,6 +227,19 @@ class Limited(Case):
                     self.only_line(result.stderr)
                     self.assertFalse((self.work / f"{name}-{limit}").exists())
 
+    def test_spheres_that_nobody_asked_for(self):
+        # The driver of the spheres may crash within such limits; the scan needs none.
+        databases = []
+        for label in "org", "one", "two":
+            write_database(self.work / label, 2)
+            databases += ["--database", label]
+        for limit in range(280, 480, 20):
+            result = self.limited({"RLIMIT_AS": limit * MIB}, "scan", *databases, "--reference", "org", "--metrics",
+                                  "rmse,cwcbrt", "--out", f"out-{limit}")
+            self.assertEqual(result.returncode, SUCCESS, result.stderr)
+            page = (self.work / f"out-{limit}" / "approximations.html").read_text()
+            self.assertIn("a Vulkan driver may crash within limited memory", page)
+
     def test_threads(self):
         if os.geteuid() != 0:
             self.skipTest("needs a user without other processes")

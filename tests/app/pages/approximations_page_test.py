@@ -135,10 +135,29 @@ class Page(Case):
                            [["org/a", "one/a", 1, 2], ["org/a", "two/a", 1, 1], ["org/b", "one/b", 3, 3],
                             ["org/c", "two/c", 0, 0]])
         self.show("--distances", "t.csv", "--reference", "org")
+        self.assertEqual(self.browser.text("#originals tbody tr:last-child th small"), "one approximation")
         text = self.browser.text("#originals")
         self.assertEqual(text.count("none"), 2)
         self.assertIn("1.5", text)
         self.assertIn("1 in part, by ties", self.browser.text("#different"))
+        self.assert_calm()
+
+    def test_agreement_of_extremes(self):
+        """Ties at 0, and products that float64 cannot hold: the order and the agreements of disagreements.csv."""
+        values = {"zero-x": [(0, 1), (0, 4)], "zero-y": [(3, 0), (9, 0)], "none": [(0, 0), (0, 3)], "half": [(0, 2), (1, 1)],
+                  "tiny": [(1e-200, 3e-200), (2e-200, 1e-200)], "huge": [(1e300, 2e300), (7e300, 1e300)],
+                  "plain": [(1, 3), (2, 2)], "least": [(5e-324, 1e-323), (1e-323, 5e-324)], "most": [(1.7e308, 1), (1.6e308, 2)]}
+        rows = [[f"org/{name}", f"{label}/{name}", *pair] for name, pairs in values.items()
+                for label, pair in zip(("one", "two"), pairs)]
+        write_rows(self.work / "t.csv", ["material_1", "material_2", "x", "y"], rows)
+        self.show("--distances", "t.csv", "--reference", "org")
+        _, disagreements = read_csv(self.work / "out" / "disagreements.csv")
+        self.assertEqual(len(disagreements), len(values))
+        shown = self.browser.run("[...document.querySelectorAll('#originals tbody th')].map(h => "
+                                 "[h.querySelector('span').textContent, h.querySelector('small').textContent])")
+        self.assertEqual(["org/" + name for name, _ in shown], [row[0] for row in disagreements])
+        for (_, text), row in zip(shown, disagreements):
+            self.assertEqual(float(text.split("agreement ")[1]), float(f"{float(row[-1]):.3g}"))
         self.assert_calm()
 
     def test_one_approximation(self):
@@ -149,7 +168,8 @@ class Page(Case):
 
     def test_windows(self):
         self.show(*self.write_table([f"a-rather-long-name-of-a-material-{i}" for i in range(12)],
-                                    [f"approximation-{i}" for i in range(12)], [f"metric:parameter={i}" for i in range(5)]))
+                                    [f"approximation-{i}" for i in range(12)],
+                                    [f"./my-metric.glsl:haze={i}:saturation=0.9313:gloss=0.1966" for i in range(5)]))
         for width in 1400, 1024, 390:
             self.browser.open(self.page, width=width, height=800)
             self.assertLessEqual(self.browser.run("document.documentElement.scrollWidth"), width)
