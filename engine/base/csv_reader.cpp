@@ -13,14 +13,12 @@
 namespace merl {
 namespace {
 
-/// What separates the columns of a text, by its first line with content.
+/// What separates the columns of a text, by its first line.
 char separator_of(std::string_view text) {
     bool quoted = false;
     bool semicolon = false;
     bool tab = false;
-    const auto content = std::min(text.find_first_not_of("\r\n \t,;"), text.size());
-    const auto line = content == 0 ? std::string_view::npos : text.rfind('\n', content - 1);
-    for (const char c : text.substr(line == std::string_view::npos ? 0 : line + 1)) {
+    for (const char c : text.substr(std::min(text.find_first_not_of("\r\n"), text.size()))) {
         quoted ^= c == '"';
         if (!quoted && (c == ',' || c == '\n')) {
             return c == ',' ? ',' : semicolon ? ';' : tab ? '\t' : ',';
@@ -76,6 +74,7 @@ CsvReader::CsvReader(std::string_view text, std::string file)
         fail("found a byte 0; expected text in UTF-8 (UTF-16 has to be converted)");
     }
     position_ = text_.size() - without_byte_order_mark(text_).size();
+    skip_lines_without_content();
     separator_ = separator_of(text_.substr(position_));
 }
 
@@ -169,6 +168,17 @@ double CsvReader::share() const {
 
 void CsvReader::fail(const std::string& what) const {
     throw InputError(fmt::format("{}, line {}: {}", file_, row_line_, what));
+}
+
+/// Those before the header, whatever separates their columns.
+void CsvReader::skip_lines_without_content() {
+    const auto content = text_.find_first_not_of("\r\n \t,;", position_);
+    const auto end = content == std::string_view::npos ? content : text_.rfind('\n', content);
+    if (end != std::string_view::npos && end >= position_) {
+        const auto lines = text_.substr(position_, end + 1 - position_);
+        line_ += static_cast<std::uint64_t>(std::ranges::count(lines, '\n'));
+        position_ = end + 1;
+    }
 }
 
 bool CsvReader::read_row(std::vector<std::string>& fields) {

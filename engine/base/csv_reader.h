@@ -72,6 +72,7 @@ class CsvReader {
     [[noreturn]] void fail(const std::string& what) const;
 
   private:
+    void skip_lines_without_content();
     bool read_row(std::vector<std::string>& fields);
     void fit_to_header(std::vector<std::string>& fields) const;
     void read_quoted(std::string& field);

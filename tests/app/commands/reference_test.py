@@ -8,7 +8,7 @@ import struct
 import reference
 import support
 from reference import sign
-from support import GRID, INPUT, USAGE, Case, read_csv, read_json, samples, tree, write_database
+from support import GRID, INPUT, SUCCESS, USAGE, Case, read_csv, read_json, samples, tree, write_database
 from tables import COLUMNS, write_rows
 
 FILES = ["approximations.csv", "approximations.html", "disagreements.csv", "selection.csv", "summary.json"]
@@ -206,17 +206,21 @@ class Reference(Case):
         self.assertTrue(all(t["left"][0] == t["right"][0] for t in kit["trials"]))
         self.assertEqual({t["kind"] for t in kit["trials"]}, {"selection", "sentinel", "repeat", "random"}
                          - (set() if any(t["kind"] == "random" for t in kit["trials"]) else {"random"}))
-        votes = [[judge, i, t["configuration"], t["kind"], *t["left"], *t["right"], 0, t.get("expected") or 1, 900,
-                  kit["seed"], kit["kit_hash"]] for judge in ("ann", "bob") for i, t in enumerate(kit["trials"], 1)]
-        write_rows(self.work / "votes.csv", COLUMNS, votes)
-        self.assert_success("votes", "votes.csv", "--selection", "out/selection.csv", "--kit", "kit/kit.json", "--out",
-                            "said")
+        for judge in "ann", "bob":
+            write_rows(self.work / f"{judge}.csv", COLUMNS,
+                       [[judge, i, t["configuration"], t["kind"], *t["left"], *t["right"], 0, t.get("expected") or 1,
+                         900, kit["seed"], kit["kit_hash"]] for i, t in enumerate(kit["trials"], 1)])
+        self.assert_success("votes", "ann.csv", "bob.csv", "--selection", "out/selection.csv", "--kit", "kit/kit.json",
+                            "--out", "said")
         chosen = [t["left"][1].split("/")[0] for t in kit["trials"] if t["kind"] == "selection"]
-        labels = read_json(self.work / "said" / "summary.json")["approximations"]["selection"]["labels"]
-        self.assertEqual({label["label"]: label["chosen"] for label in labels},
-                         {label: 2 * chosen.count(label) for label in ("fit0", "fit1", "fit2", "fit3")})
-        self.assert_success("score", "--judgements", "said/judgements.csv", "--metrics", "cwcbrt,pawcielab", "--out",
-                            "score")
+        table = read_json(self.work / "said" / "summary.json")["figures"]["selection"]["approximations"]
+        self.assertEqual({row["label"]: row["votes"][0] for row in table if row["other"] is None},
+                         {label: 2 * chosen.count(label) for label in sorted({t.split("/")[0] for k in kit["trials"]
+                          if k["kind"] == "selection" for t in (k["left"][1], k["right"][1])})})
+        result = self.run_program("score", "--judgements", "said/judgements.csv", "--metrics", "cwcbrt,pawcielab",
+                                  "--out", "score")
+        self.assertEqual(result.returncode, SUCCESS, result.stderr)
+        self.assertIn("circular", result.stderr)
         # What says that these are originals belongs to the selection.
         (self.work / "alone").mkdir()
         (self.work / "out" / "selection.csv").rename(self.work / "alone" / "selection.csv")
