@@ -249,14 +249,18 @@ void warn_of_fitted(const ScoreOptions& options, Outcome& o) {
     }
 }
 
-/// The name of the built-in database if distances are of it: whatever is published has to say so.
+/// The names of the built-in databases that distances are of: whatever is published has to say so.
 std::string stand_in_of(const pipeline::DatabaseProvenance& database) {
-    if (database.kind == engine::built_in_kind) {
-        return database.name;
+    if (database.parts.empty()) {
+        return database.kind == engine::built_in_kind ? database.name : "";
     }
-    const auto part =
-        std::ranges::find(database.parts, engine::built_in_kind, &pipeline::PartProvenance::kind);
-    return part == database.parts.end() ? "" : part->name;
+    std::string names;
+    for (const auto& part : database.parts) {
+        if (part.kind == engine::built_in_kind) {
+            names += (names.empty() ? "" : "; ") + part.name;
+        }
+    }
+    return names;
 }
 
 /// What the plot says below its title.

@@ -218,8 +218,13 @@ std::string reference_question(const std::string& reference) {
 }
 
 std::string ScanRecord::stand_in() const {
-    const auto found = std::ranges::find(databases, engine::built_in_kind, &RecordedDatabase::kind);
-    return found == databases.end() ? "" : as_utf8(found->name);
+    std::string names;
+    for (const auto& database : databases) {
+        if (database.kind == engine::built_in_kind) {
+            names += (names.empty() ? "" : "; ") + as_utf8(database.name);
+        }
+    }
+    return names;
 }
 
 engine::DatabaseChoice recorded_choice(const ScanRecord& record) {

@@ -45,7 +45,7 @@ struct ScanRecord {
 
     bool has_database() const { return !kind.empty(); }
 
-    /// The name of the built-in database if it was scanned, in UTF-8; otherwise empty.
+    /// The names of the built-in databases that were scanned, in UTF-8; otherwise empty.
     std::string stand_in() const;
 };
 

@@ -26,13 +26,13 @@ class Databases(Case):
         return ("judge", "--selection", "out/selection.csv", "--size", 16, "--sentinels", 0, "--random", 0,
                 *options)
 
-    def vote(self, kit):
+    def vote(self, kit, spheres=("--spheres", "spheres")):
         """What a judge says, and the judgements of it."""
         write_rows(self.work / "ann.csv", COLUMNS,
                    [["ann", i, t["configuration"], t["kind"], *t["left"], *t["right"], 0, 3, 900, kit["seed"],
                      kit["kit_hash"]] for i, t in enumerate(kit["trials"], 1)])
         self.assert_success("votes", "ann.csv", "--selection", "out/selection.csv", "--kit",
-                            "merl-scan-kit/kit.json", "--out", "analysis", "--spheres", "spheres")
+                            "merl-scan-kit/kit.json", "--out", "analysis", *spheres)
 
 
 class Joined(Databases):
@@ -218,6 +218,18 @@ class Joined(Databases):
         self.assert_success("score", "--judgements", "said.csv", *databases, "--metrics", "rmse", "--device",
                             "host", "--out", "score")
         self.assertIn("stand-in", (self.work / "score" / "score.svg").read_text())
+
+    def test_all_stand_ins_are_named(self):
+        databases = ("--database", "abc", "--database", "sgd", "--database", "one")
+        self.scan(*databases, "--materials", "abc/gold-*,sgd/gold-*,one/*", *QUICK)
+        self.assert_success(*self.judge())
+        self.vote(read_json(self.work / "merl-scan-kit" / "kit.json"), spheres=())
+        self.assertIn("ABC fits of MERL (stand-in, not measured); SGD fits of MERL (stand-in, not measured)",
+                      (self.work / "analysis" / "votes.html").read_text())
+        self.run_program("score", "--judgements", "analysis/judgements.csv", "--metrics", "nielsen-log", "--device", "host",
+                         "--out", "score")
+        plot = (self.work / "score" / "score.svg").read_text()
+        self.assertIn("ABC fits of MERL (stand-in, not measured); SGD fits", plot)
 
     def test_what_names_a_database(self):
         def named(*texts, **environment):
