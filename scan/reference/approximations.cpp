@@ -118,9 +118,8 @@ Approximations find_approximations(std::span<const std::string> names,
     }
     if (originals->second.size() * result.labels.size() > most_possible) {
         throw InputError(
-            fmt::format("found {} originals of \"{}\" and {} labels of approximations; expected {} "
-                        "of one times "
-                        "the other at most",
+            fmt::format("found {} originals of \"{}\" and {} labels of approximations; expected at "
+                        "most {} of both multiplied",
                         originals->second.size(), reference, result.labels.size(), most_possible));
     }
     std::ranges::sort(result.list, {},

@@ -164,6 +164,13 @@ class Reference(Case):
         self.assertGreater(summary["disagreements"], 0)
         rows = self.rows_of(results, metrics)
         self.assertEqual(len(rows), 36)
+        header, written = read_csv(results / "approximations.csv")
+        self.assertEqual(header[9:], [f"{m}_bound" for m in metrics] + [f"{m}_precision" for m in metrics])
+        for row in written:
+            for bound, precision in zip(row[9:12], row[12:15]):
+                self.assertEqual(precision, "float64" if float(bound) == 0 else "float32")
+        refined = [sum(row[12 + m] == "float64" for row in written) for m in range(3)]
+        self.assertEqual(refined, [summary["refined_distances"][m] for m in metrics])
         mine = []
         for i in range(9):
             planes = [samples(i)]
