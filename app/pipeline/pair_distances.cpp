@@ -169,13 +169,11 @@ ListedPairDistances read_listed_distances(const std::string& file,
 ListedPairDistances pick_distances(ListedPairDistances distances,
                                    std::span<const scan::Pair> pairs) {
     auto& table = distances.table;
-    const auto order = [](const scan::Pair& pair) { return std::pair(pair.first, pair.second); };
     std::vector<std::size_t> places;
     const scan::Pair* missing = nullptr;
     for (const auto& pair : pairs) {
-        const auto at = std::ranges::lower_bound(table.pairs, order(pair), {}, order);
-        if (at != table.pairs.end() && *at == pair) {
-            places.push_back(static_cast<std::size_t>(at - table.pairs.begin()));
+        if (const auto place = table.place_of(pair)) {
+            places.push_back(*place);
         } else if (missing == nullptr) {
             missing = &pair;
         }

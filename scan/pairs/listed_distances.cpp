@@ -335,6 +335,14 @@ ListedDistances listed(Rows rows, const std::string& file) {
 
 }  // namespace
 
+std::optional<std::size_t> ListedDistances::place_of(Pair pair) const {
+    const auto order = [](const Pair& one) { return std::pair(one.first, one.second); };
+    const auto found = std::ranges::lower_bound(pairs, order(pair), {}, order);
+    return found == pairs.end() || *found != pair
+               ? std::nullopt
+               : std::optional(static_cast<std::size_t>(found - pairs.begin()));
+}
+
 ListedDistances parse_listed_distances(std::string_view text, const std::string& file,
                                        std::span<const std::string> columns,
                                        const std::function<void(double share)>& progress) {

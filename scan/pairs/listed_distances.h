@@ -1,7 +1,9 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -20,7 +22,15 @@ struct ListedDistances {
     std::vector<MetricColumn> metrics;  ///< with a number a pair, in the order of `pairs`
 
     std::uint32_t materials() const { return static_cast<std::uint32_t>(names.size()); }
+
+    /// Where a pair is among them, if it is. O(log P).
+    std::optional<std::size_t> place_of(Pair pair) const;
 };
+
+/// Two different materials as a pair, whichever comes first.
+constexpr Pair pair_of(std::uint32_t a, std::uint32_t b) {
+    return a < b ? Pair{a, b} : Pair{b, a};
+}
 
 /// Reads a table of distances from CSV (csv_reader.h), in one of two forms.
 ///

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "scan/pairs/listed_distances.h"
 #include "scan/pairs/pairs.h"
 
 namespace merl::scan {
@@ -16,10 +17,7 @@ struct Approximation {
     std::uint32_t approximation;
     std::uint32_t label;  ///< which of the labels of approximations it is of
 
-    Pair pair() const {
-        return original < approximation ? Pair{original, approximation}
-                                        : Pair{approximation, original};
-    }
+    Pair pair() const { return pair_of(original, approximation); }
     bool operator==(const Approximation&) const = default;
 };
 

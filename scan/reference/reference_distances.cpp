@@ -2,17 +2,8 @@
 
 #include <algorithm>
 #include <stdexcept>
-#include <tuple>
 
 namespace merl::scan {
-namespace {
-
-std::tuple<std::uint32_t, std::uint32_t> order_of(const Pair& pair) {
-    return {pair.first, pair.second};
-}
-
-}  // namespace
-
 ReferenceDistances reference_distances(ListedDistances table, Approximations approximations) {
     if (table.pairs != pairs_of(approximations)) {
         throw std::invalid_argument("distances of other pairs than those of the approximations");
@@ -25,9 +16,7 @@ ReferenceDistances reference_distances(ListedDistances table, Approximations app
             result.ranges.push_back({list[i].original, i, i});
         }
         ++result.ranges.back().end;
-        const auto place =
-            std::ranges::lower_bound(table.pairs, order_of(list[i].pair()), {}, order_of);
-        const auto pair = static_cast<std::uint32_t>(place - table.pairs.begin());
+        const auto pair = static_cast<std::uint32_t>(table.place_of(list[i].pair()).value());
         result.pairs.push_back(pair);
         result.by_pair[pair] = static_cast<std::uint32_t>(i);
     }

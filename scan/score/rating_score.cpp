@@ -378,12 +378,11 @@ std::vector<Group> groups_of(const MetricColumn& column) {
 }  // namespace
 
 std::size_t place_of(const ListedDistances& table, const RatedApproximation& rated) {
-    const auto order = [](const Pair& pair) { return std::pair(pair.first, pair.second); };
-    const auto found = std::ranges::lower_bound(table.pairs, order(rated.pair()), {}, order);
-    if (found == table.pairs.end() || *found != rated.pair()) {
+    const auto place = table.place_of(rated.pair());
+    if (!place) {
         throw std::invalid_argument("found a rated approximation without a distance");
     }
-    return static_cast<std::size_t>(found - table.pairs.begin());
+    return *place;
 }
 
 std::vector<std::uint32_t> open_places(const MetricColumn& column) {

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "engine/base/error.h"
+#include "scan/pairs/listed_distances.h"
 #include "scan/pairs/pairs.h"
 #include "scan/score/judgements.h"
 #include "scan/score/rating_file.h"
@@ -21,10 +22,7 @@ struct RatedApproximation {
     double rating;          ///< the mean of its ratings
     std::uint64_t ratings;  ///< how many
 
-    Pair pair() const {
-        return original < approximation ? Pair{original, approximation}
-                                        : Pair{approximation, original};
-    }
+    Pair pair() const { return pair_of(original, approximation); }
     bool operator==(const RatedApproximation&) const = default;
 };
 
