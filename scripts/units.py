@@ -1,49 +1,60 @@
-"""Which source files compile as one: `units(files, most)`, and for CMake
+"""Which source files may be compiled as one: `units(files, most)`.
 
 usage: units.py MOST FILE...
 
-which prints a unit's number for every file, in their order. Files that name the same thing for
+which prints the number of every file's unit, as a list of CMake's. Files that have the same name for
 themselves alone (in an anonymous namespace, or static) never share a unit: it would not compile, or
-an overload of the neighbour might be called. Nor does a file that defines macros share its unit."""
+an overload of the neighbour might be called. Nor does a file with macros of its own, or one with a
+`using` of a name that the other has, which would look used. Names are guessed from how the tree is
+formatted; where the guess is wrong the unit does not compile."""
 
 import pathlib
 import re
 import sys
 
 ANONYMOUS = re.compile(r"^namespace \{$(.*?)^\}  // namespace$", re.MULTILINE | re.DOTALL)
-# What is indented is inside of something with a name.
-NAMED = re.compile(r"^(?:static )?[A-Za-z][^(={;\n]*?\b(\w+)(?:\[\w*\])?(?: : [^{\n]*)? ?[(={;]", re.MULTILINE)
 STATIC = re.compile(r"^static .*$", re.MULTILINE)
+# What a line begins that is not indented: a function, a class, an alias, a constant.
+NAMED = re.compile(r"^[A-Za-z][^(={;\n]*?\b(\w+)(?:\[\w*\])?(?: : [^{\n]*)? ?[(={;]", re.MULTILINE)
+USING = re.compile(r"^using [\w:]+::(\w+);$", re.MULTILINE)
 # What the rest of a unit would see too.
 SPREADS = re.compile(r"^ *# *(?:define|undef) |^using namespace ", re.MULTILINE)
 
 
-def own_names(text):
-    """The names that a source has for itself; `using` of the same thing may come twice."""
-    own = "\n".join(ANONYMOUS.findall(text) + STATIC.findall(text))
-    return set(NAMED.findall(re.sub(r"^using [\w:]+;$", "", own, flags=re.MULTILINE)))
+class Source:
+    """A file with the names that it has for itself, those it takes from elsewhere, and every word."""
+
+    def __init__(self, file):
+        text = pathlib.Path(file).read_text(encoding="utf-8")
+        self.file = file
+        self.spreads = bool(SPREADS.search(text))
+        self.own = set(NAMED.findall("\n".join(ANONYMOUS.findall(text) + STATIC.findall(text))))
+        self.taken = set(USING.findall(text))
+        self.words = set(re.findall(r"\w+", text))
+
+    def can_join(self, other):
+        """Whether the two may be in one unit."""
+        return not (self.spreads or other.spreads or self.own & other.own or
+                    self.taken & other.words or other.taken & self.words)
 
 
 def units(files, most):
-    """Lists of files, each at most `most` long; every file is in one of them."""
-    found = []  # [files, names]
-    for file in files:
-        text = pathlib.Path(file).read_text(encoding="utf-8")
-        names = own_names(text)
-        if SPREADS.search(text):
-            found.append(([file], None))
-            continue
-        for unit in found:
-            if unit[1] is not None and len(unit[0]) < most and not names & unit[1]:
-                unit[0].append(file)
-                unit[1].update(names)
-                break
-        else:
-            found.append(([file], names))
-    return [unit[0] for unit in found]
+    """Lists of at most `most` files; every file is in one of them."""
+    found = []
+    for source in map(Source, files):
+        unit = next((unit for unit in found
+                     if len(unit) < most and all(map(source.can_join, unit))), None)
+        if unit is None:
+            found.append(unit := [])
+        unit.append(source)
+    return [[source.file for source in unit] for unit in found]
+
+
+def main():
+    files = sys.argv[2:]
+    number = {file: i for i, unit in enumerate(units(files, int(sys.argv[1]))) for file in unit}
+    print(";".join(str(number[file]) for file in files), end="")
 
 
 if __name__ == "__main__":
-    numbers = {file: number for number, unit in enumerate(units(sys.argv[2:], int(sys.argv[1])))
-               for file in unit}
-    print(";".join(str(numbers[file]) for file in sys.argv[2:]))
+    main()
