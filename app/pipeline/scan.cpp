@@ -10,6 +10,7 @@
 #include "engine/base/stopwatch.h"
 #include "scan/select/disagreements.h"
 #include "scan/select/selection.h"
+#include "scan/pairs/bounded_count.h"
 #include "scan/select/undecided.h"
 
 namespace merl::pipeline {

@@ -12,6 +12,7 @@
 #include <random>
 #include <stdexcept>
 
+#include "scan/pairs/bounded_count.h"
 #include "scan/pairs/count.h"
 #include "scan/select/selection.h"
 #include "tests/scan/support.h"
