@@ -82,8 +82,10 @@ std::vector<Configuration> strongest_disagreements(const Distances& distances, s
         count_by_inversions(distances, part_of(progress, 0, 0.1)).disagreements();
     const std::uint64_t wanted = std::min(count, total);
     require_listable(wanted);
-    // Measured: this is where looking at every configuration begins to pay.
-    if (total <= max_listed && wanted > distances.configurations() / 16) {
+    // Measured: this is where looking at every configuration begins to pay, and sooner where none
+    // is sorted in vain.
+    const std::uint64_t each = wanted == total ? 4096 : 16;
+    if (total <= max_listed && wanted > distances.configurations() / each) {
         std::vector<Configuration> list = all_disagreements(distances, part_of(progress, 0.1, 0.9));
         list.resize(wanted);
         return list;

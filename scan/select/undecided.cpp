@@ -5,7 +5,6 @@
 #include <deque>
 #include <limits>
 #include <span>
-#include <stdexcept>
 
 #include "scan/select/agreement_doubts.h"
 #include "scan/select/disagreement_search.h"
@@ -26,6 +25,9 @@ struct Column {
     double bound(std::uint32_t pair) const { return bounds.empty() ? 0 : bounds[pair]; }
     double lower(std::uint32_t pair) const { return values[pair] - bound(pair); }
     double upper(std::uint32_t pair) const { return values[pair] + bound(pair); }
+    bool all_exact() const {
+        return std::ranges::all_of(bounds, [](double bound) { return bound == 0; });
+    }
 };
 
 /// A pair by the lower end of its interval.
@@ -94,6 +96,9 @@ class SelectionDoubts {
 
     std::vector<bool> find(std::uint32_t select, std::uint32_t per_material,
                            const Progress& progress) {
+        if (first_.all_exact() && second_.all_exact()) {
+            return wanted_;
+        }
         // What is found does not change where the search looks.
         const auto places = [this, before = wanted_](std::uint32_t pair) {
             const auto [d1_least, d1_greatest] = interval(first_, pair, before);
@@ -225,9 +230,6 @@ std::vector<bool> find_meeting(std::span<const double> values, std::span<const d
 Refinement to_refine(const Distances& distances, std::uint32_t select, std::uint32_t per_material,
                      Decided decided, const Progress& progress) {
     distances.validate();
-    if (distances.first_bounds.empty() || distances.second_bounds.empty()) {
-        throw std::invalid_argument("refinement needs the bounds of both metrics");
-    }
     const auto column = [](const auto& values, const auto& bounds, bool is_final) {
         return Column{values, is_final ? std::span<const double>() : std::span(bounds)};
     };

@@ -40,8 +40,8 @@ enum class Decided {
 ///
 /// Exact distances (bound 0) are never asked for again, and final ones not at all. After they are
 /// replaced the question is to be asked anew, for the selection may have changed; nothing is open
-/// any more after few rounds. Throws std::invalid_argument for bad distances or without bounds. O(P
-/// log P) and the search of the selection; 30 bytes a pair.
+/// any more after few rounds. Throws std::invalid_argument for bad distances. O(P log P) and the
+/// search of the selection; 30 bytes a pair.
 Refinement to_refine(const Distances& distances, std::uint32_t select, std::uint32_t per_material,
                      Decided decided = Decided::count_and_selection, const Progress& progress = {});
 
