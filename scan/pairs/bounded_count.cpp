@@ -1,11 +1,10 @@
 #include "scan/pairs/bounded_count.h"
 
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <cstddef>
+#include <functional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "scan/pairs/count.h"
@@ -20,7 +19,7 @@ struct Keyed {
     std::uint32_t pair;
 };
 
-void sort(std::vector<Keyed>& keyed, const Progress& progress) {
+void sort(std::span<Keyed> keyed, const Progress& progress) {
     sort_with_progress(
         keyed, [](const Keyed& a, const Keyed& b) { return a.key < b.key; }, progress);
 }
@@ -49,15 +48,19 @@ struct Places {
 Places places_of(const Metric& metric, const Progress& progress) {
     const std::size_t pairs = metric.values.size();
     std::vector<Keyed> lows(pairs);
-    for (std::uint32_t pair = 0; pair < pairs; ++pair) {
-        lows[pair] = {metric.values[pair] - metric.bound(pair), pair};
-    }
-    sort(lows, part_of(progress, 0, 0.8));
+    const auto filling_progress = part_of(progress, 0, 0.1);
+    Work filling(static_cast<double>(pairs), filling_progress);
+    in_parallel(pairs, filling, [&](std::uint32_t begin, std::uint32_t end) {
+        for (std::uint32_t pair = begin; pair < end; ++pair) {
+            lows[pair] = {metric.values[pair] - metric.bound(pair), pair};
+        }
+    });
+    sort(lows, part_of(progress, 0.1, 0.6));
     Places places = {std::vector<std::uint32_t>(pairs), std::vector<std::uint32_t>(pairs)};
-    const Progress rest = part_of(progress, 0.8, 0.2);
-    Work work(static_cast<double>(pairs), rest);
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, pairs, 1U << 14U), [&](const auto& range) {
-        for (std::size_t place = range.begin(); place < range.end(); ++place) {
+    const auto placing_progress = part_of(progress, 0.7, 0.3);
+    Work placing(static_cast<double>(pairs), placing_progress);
+    in_parallel(pairs, placing, [&](std::uint32_t first, std::uint32_t last) {
+        for (std::size_t place = first; place < last; ++place) {
             const auto pair = lows[place].pair;
             const double high = metric.values[pair] + metric.bound(pair);
             // The end is near, for most: in steps that double.
@@ -72,37 +75,43 @@ Places places_of(const Metric& metric, const Progress& progress) {
             places.place[pair] = static_cast<std::uint32_t>(place);
             places.beyond[pair] = static_cast<std::uint32_t>(beyond - lows.begin());
         }
-        work.add(range.size());
     });
     return places;
 }
 
-/// Numbers of all pairs in the order of one metric, so that the second of two is from a pair that
-/// is surely above that of the first exactly where the first is `below(a)` and the second
-/// `above(b)`.
+/// Two numbers of each pair, in the order of its two ends under one metric: `above(pair)` at the
+/// lower end and `below(pair)` at the upper one. So below(a) comes before above(b) exactly where a
+/// is surely below b.
 template <typename Below, typename Above>
-std::vector<std::uint32_t> in_order_of(const Places& first, const Below& below,
-                                       const Above& above) {
+std::vector<std::uint32_t> in_order_of(const Places& first, const Below& below, const Above& above,
+                                       const Progress& progress) {
     const std::size_t pairs = first.place.size();
+    Work work(3 * static_cast<double>(pairs), progress);
     // How many upper ends are before each lower end: then where the next upper end goes.
     std::vector<std::uint32_t> before(pairs + 1);
-    for (const auto beyond : first.beyond) {
-        ++before[beyond];
-    }
+    in_pieces(pairs, work, [&](std::uint32_t begin, std::uint32_t end) {
+        for (std::uint32_t pair = begin; pair < end; ++pair) {
+            ++before[first.beyond[pair]];
+        }
+    });
     std::uint32_t sum = 0;
     for (auto& count : before) {
         sum += std::exchange(count, sum);
     }
     std::vector<std::uint32_t> numbers(2 * pairs);
-    for (std::uint32_t pair = 0; pair < pairs; ++pair) {
-        const auto beyond = first.beyond[pair];
-        numbers[std::size_t{beyond} + before[beyond]++] = below(pair);
-    }
+    in_pieces(pairs, work, [&](std::uint32_t begin, std::uint32_t end) {
+        for (std::uint32_t pair = begin; pair < end; ++pair) {
+            const auto beyond = first.beyond[pair];
+            numbers[std::size_t{beyond} + before[beyond]++] = below(pair);
+        }
+    });
     // Now before[i] counts the upper ends up to i.
-    for (std::uint32_t pair = 0; pair < pairs; ++pair) {
-        const auto place = first.place[pair];
-        numbers[std::size_t{place} + before[place]] = above(pair);
-    }
+    in_parallel(pairs, work, [&](std::uint32_t begin, std::uint32_t end) {
+        for (std::uint32_t pair = begin; pair < end; ++pair) {
+            const auto place = first.place[pair];
+            numbers[std::size_t{place} + before[place]] = above(pair);
+        }
+    });
     return numbers;
 }
 
@@ -116,14 +125,15 @@ std::uint64_t count_ordered(const Places& first, const Places& second, bool alik
     const auto last = static_cast<std::uint32_t>(2 * first.place.size() + 1);
     const auto low = [&](std::uint32_t pair) { return 2 * second.place[pair] + 1; };
     const auto high = [&](std::uint32_t pair) { return 2 * second.beyond[pair]; };
+    const auto ordering = part_of(progress, 0, 0.3);
     auto numbers = alike ? in_order_of(
                                first, [&](std::uint32_t pair) { return last - high(pair); },
-                               [&](std::uint32_t pair) { return last - low(pair); })
-                         : in_order_of(first, low, high);
+                               [&](std::uint32_t pair) { return last - low(pair); }, ordering)
+                         : in_order_of(first, low, high, ordering);
     const auto is_odd = [](std::uint32_t number) { return number % 2 == 1; };
     const auto is_even = [](std::uint32_t number) { return number % 2 == 0; };
     return InversionCount<std::uint32_t, decltype(is_odd), decltype(is_even)>(is_odd, is_even)
-        .sort(numbers, progress);
+        .sort(numbers, part_of(progress, 0.3, 0.7));
 }
 
 /// Of the configurations that tie under one metric, how many ...
@@ -133,15 +143,16 @@ struct Ties {
 };
 
 /// Of some pairs, how many configurations are surely in order.
-std::uint64_t count_ordered(std::span<const Keyed> pairs, const Places& places) {
-    std::vector<std::uint32_t> place;
-    std::vector<std::uint32_t> beyond;
-    for (const auto& [value, pair] : pairs) {
-        place.push_back(places.place[pair]);
-        beyond.push_back(places.beyond[pair]);
+std::uint64_t count_ordered(std::span<const Keyed> pairs, const Places& places,
+                            const Progress& progress) {
+    std::vector<std::uint32_t> place(pairs.size());
+    std::vector<std::uint32_t> beyond(pairs.size());
+    for (std::size_t i = 0; i < pairs.size(); ++i) {
+        place[i] = places.place[pairs[i].pair];
+        beyond[i] = places.beyond[pairs[i].pair];
     }
-    sort_with_progress(place, std::less<>(), {});
-    sort_with_progress(beyond, std::less<>(), {});
+    sort_with_progress(place, std::less<>(), progress);
+    sort_with_progress(beyond, std::less<>(), progress);
     std::uint64_t count = 0;
     std::size_t below = 0;
     for (const auto above : place) {
@@ -173,7 +184,9 @@ Ties count_ties(const Metric& metric, const Metric& other, const Places& other_p
             exact.push_back({metric.values[pair], pair});
         }
     }
-    sort(exact, progress);
+    sort(exact, part_of(progress, 0, 0.5));
+    // The rest is quick unless much ties. How long it takes is not known.
+    const auto at_work = part_of(progress, 0.5, 0);
     Ties ties;
     for (auto begin = exact.begin(); begin != exact.end();) {
         auto end = begin + 1;
@@ -181,15 +194,16 @@ Ties count_ties(const Metric& metric, const Metric& other, const Places& other_p
             ++end;
         }
         if (end - begin > 1) {
-            ties.ordered += count_ordered({begin, end}, other_places);
+            ties.ordered += count_ordered({begin, end}, other_places, at_work);
             // By their distances under the other metric, those that tie there.
             const auto tied_end = std::partition(
                 begin, end, [&](const Keyed& keyed) { return other.ties(keyed.pair); });
-            std::for_each(begin, tied_end,
-                          [&](Keyed& keyed) { keyed.key = other.values[keyed.pair]; });
-            std::sort(begin, tied_end,
-                      [](const Keyed& a, const Keyed& b) { return a.key < b.key; });
-            ties.tied += count_equal({begin, tied_end});
+            std::span tied(begin, tied_end);
+            for (auto& [key, pair] : tied) {
+                key = other.values[pair];
+            }
+            sort(tied, at_work);
+            ties.tied += count_equal(tied);
         }
         begin = end;
     }

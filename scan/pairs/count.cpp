@@ -104,10 +104,14 @@ Counts count_by_streaming(const Distances& distances, const Progress& progress) 
 Counts count_by_inversions(const Distances& distances, const Progress& progress) {
     distances.validate();
     std::vector<Point> points(distances.pairs());
-    for (std::size_t i = 0; i < points.size(); ++i) {
-        points[i] = {distances.first[i], distances.second[i]};
-    }
-    sort_with_progress(points, std::less<>(), part_of(progress, 0, 0.7));
+    const auto filling = part_of(progress, 0, 0.05);
+    Work work(static_cast<double>(points.size()), filling);
+    in_parallel(points.size(), work, [&](std::uint32_t begin, std::uint32_t end) {
+        for (std::uint32_t i = begin; i < end; ++i) {
+            points[i] = {distances.first[i], distances.second[i]};
+        }
+    });
+    sort_with_progress(points, std::less<>(), part_of(progress, 0.05, 0.65));
 
     Counts counts;
     counts.configurations = distances.configurations();

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
 #include <tbb/parallel_sort.h>
 
 #include <algorithm>
@@ -65,6 +67,27 @@ class Work {
     std::mutex mutex_;
     std::chrono::steady_clock::time_point last_;  // long ago: the first units are told at once
 };
+
+/// Calls `of_range(begin, end)` for ranges of 0 to `size`, on the threads of the caller's arena.
+template <typename OfRange>
+void in_parallel(std::size_t size, Work& work, const OfRange& of_range) {
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, size, 1U << 14U), [&](const auto& range) {
+        of_range(static_cast<std::uint32_t>(range.begin()),
+                 static_cast<std::uint32_t>(range.end()));
+        work.add(range.size());
+    });
+}
+
+/// The same one range after the other, on this thread.
+template <typename OfRange>
+void in_pieces(std::size_t size, Work& work, const OfRange& of_range) {
+    constexpr std::size_t piece = 1U << 18U;
+    for (std::size_t begin = 0; begin < size; begin += piece) {
+        const std::size_t end = std::min(begin + piece, size);
+        of_range(static_cast<std::uint32_t>(begin), static_cast<std::uint32_t>(end));
+        work.add(end - begin);
+    }
+}
 
 /// Comparisons of a sort of so many things, about.
 inline double sort_units(std::size_t size) {

@@ -1,7 +1,5 @@
 #include "scan/select/pair_tree.h"
 
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
 #include <tbb/parallel_invoke.h>
 
 #include <algorithm>
@@ -56,23 +54,23 @@ PairTree::PairTree(std::uint32_t pairs, PlaceOf place_of, const Progress& progre
     const double levels = std::log2(static_cast<double>(pairs)) + 1;
     Work work(4 * levels * pairs, progress);
     std::vector<Item> items(pairs);
-    tbb::parallel_for(
-        tbb::blocked_range<std::uint32_t>(0, pairs, least_shared), [&](const auto& some) {
-            for (std::uint32_t pair = some.begin(); pair < some.end(); ++pair) {
-                const PairPlace place = place_of_(pair);
-                items[pair] = {log_distance(place.least_first, place.greatest_first),
-                               log_distance(place.least_second, place.greatest_second), pair};
-            }
-            work.add(some.size());
-        });
+    in_parallel(pairs, work, [&](std::uint32_t begin, std::uint32_t end) {
+        for (std::uint32_t pair = begin; pair < end; ++pair) {
+            const PairPlace place = place_of_(pair);
+            items[pair] = {log_distance(place.least_first, place.greatest_first),
+                           log_distance(place.least_second, place.greatest_second), pair};
+        }
+    });
     arrange(root, items, work);
     pair_at_leaf_.resize(pairs);
     std::ranges::transform(items, pair_at_leaf_.begin(), &Item::pair);
     std::vector<Item>().swap(items);
     leaf_of_pair_.resize(pairs);
-    for (std::uint32_t leaf = 0; leaf < pairs; ++leaf) {
-        leaf_of_pair_[pair_at_leaf_[leaf]] = leaf;
-    }
+    in_parallel(pairs, work, [&](std::uint32_t begin, std::uint32_t end) {
+        for (std::uint32_t leaf = begin; leaf < end; ++leaf) {
+            leaf_of_pair_[pair_at_leaf_[leaf]] = leaf;
+        }
+    });
     fill_boxes(work);
 }
 
@@ -130,13 +128,11 @@ void PairTree::fill_boxes(Work& work) {
     }
     const std::uint32_t first = std::bit_floor(pairs_ / least_leaves);  // of the last stored level
     boxes_.resize(2 * std::size_t{first});
-    tbb::parallel_for(tbb::blocked_range<std::uint32_t>(first, 2 * first, least_shared),
-                      [&](const auto& nodes) {
-                          for (std::uint32_t node = nodes.begin(); node < nodes.end(); ++node) {
-                              boxes_[node] = enclose_leaves(range(node));
-                          }
-                          work.add(nodes.size() * least_leaves);
-                      });
+    in_parallel(first, work, [&](std::uint32_t begin, std::uint32_t end) {
+        for (std::uint32_t node = first + begin; node < first + end; ++node) {
+            boxes_[node] = enclose_leaves(range(node));
+        }
+    });
     for (std::uint32_t node = first; node-- > root;) {
         enclose_children(node);
     }

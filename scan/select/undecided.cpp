@@ -38,33 +38,39 @@ struct LowerEnd {
 
 std::vector<LowerEnd> by_lower_end(const Column& column, const Progress& progress) {
     std::vector<LowerEnd> order(column.values.size());
-    for (std::uint32_t pair = 0; pair < order.size(); ++pair) {
-        order[pair] = {column.lower(pair), pair};
-    }
+    const auto filling = part_of(progress, 0, 0.1);
+    Work work(static_cast<double>(order.size()), filling);
+    in_parallel(order.size(), work, [&](std::uint32_t begin, std::uint32_t end) {
+        for (std::uint32_t pair = begin; pair < end; ++pair) {
+            order[pair] = {column.lower(pair), pair};
+        }
+    });
     sort_with_progress(
         order,
         [](const LowerEnd& a, const LowerEnd& b) {
             return a.lower < b.lower || (a.lower == b.lower && a.pair < b.pair);
         },
-        progress);
+        part_of(progress, 0.1, 0.9));
     return order;
 }
 
 /// Adds, of the pairs in `order`, the inexact ones whose interval meets another one's and that
 /// `which` takes.
 void add_meeting(const Column& column, std::span<const LowerEnd> order, const auto& which,
-                 std::vector<bool>& meeting) {
+                 Work& work, std::vector<bool>& meeting) {
     double highest = -std::numeric_limits<double>::infinity();  // upper end so far
-    for (std::size_t i = 0; i < order.size(); ++i) {
-        const auto [lower, pair] = order[i];
-        const double upper = column.upper(pair);
-        const bool meets_earlier = lower <= highest;
-        const bool meets_later = i + 1 < order.size() && order[i + 1].lower <= upper;
-        if (column.bound(pair) > 0 && (meets_earlier || meets_later) && which(pair)) {
-            meeting[pair] = true;
+    in_pieces(order.size(), work, [&](std::uint32_t begin, std::uint32_t end) {
+        for (std::uint32_t i = begin; i < end; ++i) {
+            const auto [lower, pair] = order[i];
+            const double upper = column.upper(pair);
+            const bool meets_earlier = lower <= highest;
+            const bool meets_later = i + 1 < order.size() && order[i + 1].lower <= upper;
+            if (column.bound(pair) > 0 && (meets_earlier || meets_later) && which(pair)) {
+                meeting[pair] = true;
+            }
+            highest = std::max(highest, upper);
         }
-        highest = std::max(highest, upper);
-    }
+    });
 }
 
 /// The inexact distances whose interval meets another one's, but of those that are met only by
@@ -74,14 +80,19 @@ std::vector<bool> find_meeting(const Column& column, const Progress& progress) {
     if (column.bounds.empty()) {
         return meeting;
     }
-    auto order = by_lower_end(column, progress);
+    auto order = by_lower_end(column, part_of(progress, 0, 0.8));
+    const auto comparing = part_of(progress, 0.8, 0.2);
+    Work work(3 * static_cast<double>(order.size()), comparing);
     const auto loose = [&](std::uint32_t pair) {
         return is_loose(column.values[pair], column.bounds[pair]);
     };
-    add_meeting(column, order, loose, meeting);
-    std::erase_if(order, [&](const LowerEnd& end) { return meeting[end.pair]; });
+    add_meeting(column, order, loose, work, meeting);
+    std::erase_if(order, [&](const LowerEnd& end) {
+        work.add_one();
+        return meeting[end.pair];
+    });
     add_meeting(
-        column, order, [](std::uint32_t) { return true; }, meeting);
+        column, order, [](std::uint32_t) { return true; }, work, meeting);
     return meeting;
 }
 
