@@ -10,8 +10,8 @@
 namespace merl::app {
 namespace {
 
-/// Fewer take no time worth a line.
-constexpr std::uint64_t kFew = 10'000;
+/// Terms of sums: fewer take a second or two, and that is not worth a line.
+constexpr std::uint64_t kFew = 1'000'000'000;
 
 /// Seconds of work from which an estimate is made, and seconds worth a line.
 constexpr double kMeasured = 1;
@@ -27,7 +27,7 @@ void say(const std::string& line) {
 
 void RefiningNotice::begin(std::uint64_t distances, std::uint64_t of) {
     start_ = Clock::now();
-    estimated_ = distances < kFew;
+    estimated_ = distances < kFew / voxels_;
     if (!estimated_) {
         say(fmt::format("refining {} of {} distances in float64", fmt::group_digits(distances),
                         fmt::group_digits(of)));

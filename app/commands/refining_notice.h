@@ -10,8 +10,8 @@ namespace merl::app {
 /// where that is long enough to matter.
 class RefiningNotice {
   public:
-    /// Where not `advise`, no word of --fast.
-    explicit RefiningNotice(bool advise) : advise_(advise) {}
+    /// Each distance is a sum over so many voxels. Where not `advise`, no word of --fast.
+    RefiningNotice(std::uint64_t voxels, bool advise) : voxels_(voxels), advise_(advise) {}
 
     /// So many distances of so many are about to be refined.
     void begin(std::uint64_t distances, std::uint64_t of);
@@ -22,6 +22,7 @@ class RefiningNotice {
   private:
     using Clock = std::chrono::steady_clock;
 
+    std::uint64_t voxels_;
     bool advise_;
     bool estimated_ = true;  // or too little to estimate
     Clock::time_point start_;

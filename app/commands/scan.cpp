@@ -172,7 +172,9 @@ pipeline::ScanResult compute(const ScanCommandOptions& options, ObtainedDistance
                              const pipeline::Control& control) {
     auto scan_options = options.of_pipeline();
     auto followed = control;
-    RefiningNotice notice(!options.fast);
+    // Of what is read nothing is refined.
+    RefiningNotice notice(obtained.database ? obtained.database->grid().voxels() : 1,
+                          !options.fast);
     if (!options.quiet) {
         scan_options.before_refining = [&](std::uint64_t distances, std::uint64_t of) {
             notice.begin(distances, of);
