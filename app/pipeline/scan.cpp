@@ -81,7 +81,9 @@ ScanResult scan_distances(scan::DistanceTable table, const engine::Database* dat
     const auto per_material = std::max(1U, options.per_material);
     const auto decided =
         options.fast ? scan::Decided::selection : scan::Decided::count_and_selection;
-    const bool refinable = database != nullptr && std::ranges::all_of(both, can_be_exact);
+    // Without a bound the selection alone rests on all distances as well.
+    const bool refinable = database != nullptr && std::ranges::all_of(both, can_be_exact) &&
+                           (!options.fast || result.unbounded.empty());
     if (refinable) {
         result.refined = refine(distances, *database, {metrics[0], metrics[1]}, select,
                                 per_material, options.memory_bytes,
