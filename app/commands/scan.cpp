@@ -16,6 +16,7 @@
 #include "app/cli/terminal.h"
 #include "app/commands/commands.h"
 #include "app/commands/obtain_distances.h"
+#include "app/commands/refining_notice.h"
 #include "app/commands/scan_options.h"
 #include "app/output/json.h"
 #include "app/output/output_directory.h"
@@ -64,23 +65,26 @@ std::string summary_json(const ScanCommandOptions& options, const Outcome& o) {
     ordered_json json = program_json();
     json["metrics"] = {as_utf8(d.first_metric), as_utf8(d.second_metric)};
     json.update(source_json(o.distances.provenance));
-    json.update(
-        ordered_json{{"materials", d.materials()},
-                     {"pairs", d.pairs()},
-                     {"configurations", o.result.census.counts.configurations},
-                     {"disagreements", o.result.census.counts.disagreements()},
-                     {"rate", o.result.census.counts.disagreement_rate()},
-                     {"counts", counts},
-                     {"exact", o.result.exact},
-                     {"undecided_in_float32", o.result.undecided},
-                     {"undecided", {{"configurations", o.result.left_open}, {"listed", open}}},
-                     {"refined_distances",
-                      {{as_utf8(d.first_metric), o.result.refined.first},
-                       {as_utf8(d.second_metric), o.result.refined.second}}},
-                     {"strongest_disagreement", strongest},
-                     {"selection", selection_json(o.result.selection)},
-                     {"disagreements_written", o.result.disagreements.size()},
-                     {"options", scan_options_json(options)}});
+    json.update(ordered_json{
+        {"materials", d.materials()},
+        {"pairs", d.pairs()},
+        {"configurations", o.result.census.counts.configurations},
+        {"disagreements", o.result.census.counts.disagreements()},
+        {"disagreements_between",
+         {{"least", o.result.bounded.least}, {"greatest", o.result.bounded.greatest()}}},
+        {"rate", o.result.census.counts.disagreement_rate()},
+        {"counts", counts},
+        {"exact", o.result.exact},
+        {"exact_selection", o.result.selection_is_exact},
+        {"undecided_in_float32", o.result.undecided},
+        {"undecided", {{"configurations", o.result.left_open}, {"listed", open}}},
+        {"refined_distances",
+         {{as_utf8(d.first_metric), o.result.refined.first},
+          {as_utf8(d.second_metric), o.result.refined.second}}},
+        {"strongest_disagreement", strongest},
+        {"selection", selection_json(o.result.selection)},
+        {"disagreements_written", o.result.disagreements.size()},
+        {"options", scan_options_json(options)}});
     json.update(engines_json(o.distances.provenance));
     json["warnings"] = texts_json(o.distances.provenance.warnings);
     json["files"] = o.files;
@@ -96,6 +100,23 @@ std::string summary_json(const ScanCommandOptions& options, const Outcome& o) {
     return json_text(json);
 }
 
+/// What was counted or, where bounds leave some of it open, between which numbers the exact one is.
+std::string disagreements_text(const pipeline::ScanResult& result) {
+    const auto& counts = result.census.counts;
+    const auto& [least, undecided] = result.bounded;
+    if (undecided == 0 || !result.unbounded.empty()) {
+        return fmt::format("{} ({:.2f} %)", fmt::group_digits(counts.disagreements()),
+                           100 * counts.disagreement_rate());
+    }
+    const auto percent = [&](std::uint64_t disagreements) {
+        return 100 * static_cast<double>(disagreements) /
+               static_cast<double>(counts.configurations);
+    };
+    return fmt::format("{} to {} ({:.2f} to {:.2f} %)", fmt::group_digits(least),
+                       fmt::group_digits(least + undecided), percent(least),
+                       percent(least + undecided));
+}
+
 void print_summary(const ScanCommandOptions& options, const Outcome& o) {
     const auto& d = o.result.distances;
     const auto& counts = o.result.census.counts;
@@ -103,9 +124,7 @@ void print_summary(const ScanCommandOptions& options, const Outcome& o) {
     print_result("metrics", fmt::format("{}, {}", d.first_metric, d.second_metric));
     print_result("pairs", fmt::format("{}", fmt::group_digits(d.pairs())));
     print_result("configurations", fmt::format("{}", fmt::group_digits(counts.configurations)));
-    print_result("disagreements",
-                 fmt::format("{} ({:.2f} %)", fmt::group_digits(counts.disagreements()),
-                             100 * counts.disagreement_rate()));
+    print_result("disagreements", disagreements_text(o.result));
     if (o.result.strongest) {
         print_result("strongest", fmt::format("{} against {}, agreement {:.6f}",
                                               pair_text(d.names, o.result.strongest->left),
@@ -122,12 +141,18 @@ void print_summary(const ScanCommandOptions& options, const Outcome& o) {
                                       : fmt::format("{}: no error bound is known for {}",
                                                     counted(o.result.undecided, "configuration"),
                                                     fmt::join(o.result.unbounded, " and ")));
-    } else if (o.distances.provenance.database) {
+    }
+    const auto& refined = o.result.refined;
+    if (o.result.exact && o.distances.provenance.database) {
+        print_result(
+            "refined",
+            fmt::format("{} + {} distances in float64; {} {} closer than their bounds",
+                        refined.first, refined.second, counted(o.result.undecided, "configuration"),
+                        o.result.undecided == 1 ? "was" : "were"));
+    } else if (refined.first + refined.second > 0) {
         print_result("refined",
-                     fmt::format("{} + {} distances in float64; {} {} closer than their bounds",
-                                 o.result.refined.first, o.result.refined.second,
-                                 counted(o.result.undecided, "configuration"),
-                                 o.result.undecided == 1 ? "was" : "were"));
+                     fmt::format("{} + {} distances in float64, on which the selection rests",
+                                 refined.first, refined.second));
     }
     print_results(engine_lines(o.distances.provenance));
     const auto& s = o.result.seconds;
@@ -145,10 +170,24 @@ void print_summary(const ScanCommandOptions& options, const Outcome& o) {
 /// Takes the table out of what was obtained.
 pipeline::ScanResult compute(const ScanCommandOptions& options, ObtainedDistances& obtained,
                              const pipeline::Control& control) {
+    auto scan_options = options.of_pipeline();
+    auto followed = control;
+    // Of what is read nothing is refined.
+    RefiningNotice notice(obtained.database ? obtained.database->grid().voxels() : 1,
+                          !options.fast);
+    if (!options.quiet) {
+        scan_options.before_refining = [&](std::uint64_t distances, std::uint64_t of) {
+            notice.begin(distances, of);
+        };
+        followed.progress = [&](std::string_view stage, double share) {
+            control.progress(stage, share);
+            notice.update(stage, share);
+        };
+    }
     try {
         return pipeline::scan_distances(std::exchange(obtained.distances.table, {}),
-                                        obtained.database.get(), obtained.metrics,
-                                        options.of_pipeline(), control);
+                                        obtained.database.get(), obtained.metrics, scan_options,
+                                        followed);
     } catch (const pipeline::TooManyDisagreements& error) {
         throw Error(
             Fault::usage,
@@ -165,7 +204,10 @@ int run(const ScanCommandOptions& options) {
     OutputDirectory out(
         options.out, options.force,
         {{.name = "pairs.csv",
-          .write = [&](int file) { scan::write_pairs(file, o.result.distances); },
+          .write =
+              [&](int file) {
+                  scan::write_pairs(file, o.result.distances, control.stage("writing"));
+              },
           .is_read_again = true},
          {.name = "disagreements.csv",
           .write =
@@ -250,7 +292,8 @@ void add_scan(CLI::App& program, Command& chosen) {
         ->transform(whole_number(0, std::numeric_limits<std::uint64_t>::max()));
     distances->excludes(
         command->add_flag("--fast", options->fast,
-                          "Do not refine: float32 decides, and what it leaves open is counted"));
+                          "Refine only what the selection rests on: the number of disagreements "
+                          "is between bounds (with --reference: refine nothing)"));
     add_quiet_option(*command, options->quiet);
     command->footer(
         std::string("Writes pairs.csv, disagreements.csv, selection.csv and summary.json "
@@ -260,7 +303,7 @@ void add_scan(CLI::App& program, Command& chosen) {
         "With --reference there may be more than two: the first two decide the configurations,\n"
         "and approximations.csv, instead of pairs.csv, has the distances and ranks under all;\n"
         "approximations.html shows them.\n"
-        "What a file's metric leaves open in float32 stays open, as with --fast.\n"
+        "What a file's metric leaves open in float32 stays open.\n"
         "\n" +
         kDatabaseHelp +
         "\n"

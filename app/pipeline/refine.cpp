@@ -73,17 +73,22 @@ void require_source(const scan::ListedDistances& table, const engine::Database& 
 Refined refine(scan::Distances& distances, const engine::Database& database,
                const std::array<const engine::Metric*, 2>& metrics, std::uint32_t select,
                std::uint32_t per_material, std::uint64_t memory_bytes,
-               const std::function<void(double)>& progress) {
+               const RefineProgress& progress, scan::Decided decided) {
     Refined refined;
     for (;;) {
-        const auto open = scan::to_refine(distances, select, per_material);
+        const auto open =
+            scan::to_refine(distances, select, per_material, decided, progress.deciding);
         if (open.empty()) {
             return refined;
+        }
+        if (progress.wanted) {
+            progress.wanted(open.first.size() + open.second.size());
         }
         const std::array<OpenColumn, 2> columns = {
             OpenColumn{metrics[0], open.first, &distances.first, &distances.first_bounds},
             OpenColumn{metrics[1], open.second, &distances.second, &distances.second_bounds}};
-        replace(columns, pairs_of(distances.materials()), database, memory_bytes, progress);
+        replace(columns, pairs_of(distances.materials()), database, memory_bytes,
+                progress.refining);
         refined.first += open.first.size();
         refined.second += open.second.size();
     }

@@ -12,6 +12,7 @@
 #include "scan/pairs/listed_distances.h"
 #include "scan/pairs/pairs.h"
 #include "scan/score/judgements.h"
+#include "scan/select/undecided.h"
 
 namespace merl::pipeline {
 
@@ -28,15 +29,23 @@ struct Refined {
     std::uint64_t second = 0;
 };
 
-/// Replaces, in float64, every distance on which a sign of a configuration or the selection rests
-/// and which its bound leaves open, until nothing is left open: then the count of disagreements and
-/// the selection are those of float64 (scan/select/undecided.h). Distances of a summary are float64
-/// already, and stay as they are. Samples stay within `memory_bytes`
-/// (float64_distances.h). `progress` may throw.
+/// What refine() tells while it is at work; each may be empty, and may throw.
+struct RefineProgress {
+    std::function<void(double share)> deciding = {};  // which distances are wanted
+    std::function<void(std::uint64_t distances)> wanted = {};
+    std::function<void(double share)> refining = {};
+};
+
+/// Replaces, in float64, every distance on which what is to be decided rests and which its bound
+/// leaves open, until nothing is left open: then the selection and, unless it is decided alone, the
+/// count of disagreements are those of float64 (scan/select/undecided.h). Distances of a summary
+/// are float64 already, and stay as they are. Samples stay within `memory_bytes`
+/// (float64_distances.h).
 Refined refine(scan::Distances& distances, const engine::Database& database,
                const std::array<const engine::Metric*, 2>& metrics, std::uint32_t select,
                std::uint32_t per_material, std::uint64_t memory_bytes,
-               const std::function<void(double)>& progress);
+               const RefineProgress& progress,
+               scan::Decided decided = scan::Decided::count_and_selection);
 
 /// Replaces, in float64, every distance that leaves the order of a judgement's two pairs open,
 /// under each metric that has a bound and a float64 twin: then what these predict is what float64

@@ -8,6 +8,7 @@
 
 #include "engine/base/error.h"
 #include "engine/base/stopwatch.h"
+#include "scan/pairs/bounded_count.h"
 #include "scan/select/disagreements.h"
 #include "scan/select/selection.h"
 #include "scan/select/undecided.h"
@@ -15,25 +16,36 @@
 namespace merl::pipeline {
 namespace {
 
+void require_listable(std::uint64_t disagreements) {
+    if (disagreements > scan::max_listed) {
+        throw TooManyDisagreements(fmt::format("{} disagreements are more than can be listed ({})",
+                                               disagreements, scan::max_listed));
+    }
+}
+
 std::vector<scan::Configuration> list_disagreements(const scan::Distances& distances,
                                                     std::uint64_t counted,
                                                     std::optional<std::uint64_t> wanted,
                                                     const Control& control) {
     const auto listed = std::min(wanted.value_or(counted), counted);
-    if (listed > scan::max_listed) {
-        throw TooManyDisagreements(fmt::format("{} disagreements are more than can be listed ({})",
-                                               listed, scan::max_listed));
+    require_listable(listed);
+    auto list = scan::strongest_disagreements(distances, listed, control.stage("listing"));
+    if (list.size() != listed) {
+        throw std::logic_error(fmt::format("{} disagreements were counted and {} of {} listed",
+                                           counted, list.size(), listed));
     }
-    const auto progress = control.stage("listing");
-    if (wanted) {
-        return scan::strongest_disagreements(distances, *wanted, progress);
-    }
-    auto all = scan::all_disagreements(distances, progress);
-    if (all.size() != counted) {
-        throw std::logic_error(
-            fmt::format("{} disagreements were counted and {} listed", counted, all.size()));
-    }
-    return all;
+    return list;
+}
+
+/// Whether float64 distances can replace those under a metric, or are there already.
+bool can_be_exact(const engine::Metric* metric) {
+    return metric->has_twin() || metric->is_summary();
+}
+
+/// Whether a metric has final distances that may be closer than their bounds.
+bool has_final_bounds(const scan::Distances& d) {
+    return (d.first_is_final && !d.first_bounds.empty()) ||
+           (d.second_is_final && !d.second_bounds.empty());
 }
 
 }  // namespace
@@ -52,34 +64,68 @@ ScanResult scan_distances(scan::DistanceTable table, const engine::Database* dat
     Stopwatch watch;
     auto& distances = result.distances;
     distances = std::exchange(table, {}).distances(0, 1);
-    result.undecided = scan::count_undecided(distances);
     const auto both = metrics.first(std::min<std::size_t>(metrics.size(), 2));
-    result.exact = !options.fast && (database != nullptr || result.undecided == 0) &&
-                   std::ranges::all_of(both, [](const engine::Metric* metric) {
-                       return metric->has_twin() || metric->is_summary();
-                   });
-    result.left_open = result.undecided;
     for (const auto* metric : both) {
         if (!metric->has_bound()) {
             result.unbounded.push_back(metric->name);
         }
     }
-    if (result.exact && database != nullptr) {
-        // The strongest disagreement is shown, so at least one is selected.
-        result.refined = refine(distances, *database, {metrics[0], metrics[1]},
-                                std::max(1U, options.select), std::max(1U, options.per_material),
-                                options.memory_bytes, control.stage("refining"));
-        result.left_open = scan::count_undecided(distances);
-        result.exact = result.left_open == 0;
+    const auto counting = control.stage("counting");
+    result.bounded = scan::bound_disagreements(distances, counting);
+    result.undecided = result.bounded.undecided;
+    if (!options.disagreements) {
+        require_listable(result.bounded.least);  // rather than after all the work
     }
-    result.open = scan::list_undecided(distances, kMostOpen);
+    // The strongest disagreement is shown, so at least one is selected.
+    const auto select = std::max(1U, options.select);
+    const auto per_material = std::max(1U, options.per_material);
+    const auto decided =
+        options.fast ? scan::Decided::selection : scan::Decided::count_and_selection;
+    // Without a bound the selection alone rests on all distances as well.
+    const bool refinable = database != nullptr && std::ranges::all_of(both, can_be_exact) &&
+                           (!options.fast || result.unbounded.empty());
+    if (refinable) {
+        result.refined = refine(distances, *database, {metrics[0], metrics[1]}, select,
+                                per_material, options.memory_bytes,
+                                {.deciding = control.stage("deciding"),
+                                 .wanted =
+                                     [&](std::uint64_t wanted) {
+                                         if (options.before_refining) {
+                                             options.before_refining(
+                                                 wanted, 2 * std::uint64_t{distances.pairs()});
+                                         }
+                                     },
+                                 .refining = control.stage("refining")},
+                                decided);
+    }
+    const bool all_decided = refinable && !options.fast && !has_final_bounds(distances);
+    if (!all_decided && result.refined.first + result.refined.second > 0) {
+        result.bounded = scan::bound_disagreements(distances, counting);
+    }
+    result.open = scan::list_undecided(distances, kMostOpen, counting);
     result.seconds.refine = watch.lap();
-    result.census = scan::count_disagreements(distances);
+    result.census = scan::count_disagreements(distances, counting);
+    if (all_decided) {
+        result.bounded = {.least = result.census.counts.disagreements(), .undecided = 0};
+    }
+    result.left_open = result.bounded.undecided;
     result.seconds.count = watch.lap();
-    result.selection = scan::select_configurations(distances, options.select, options.per_material);
-    if (const auto one = scan::strongest_disagreements(distances, 1); !one.empty()) {
+    result.selection = scan::select_configurations(distances, options.select, options.per_material,
+                                                   control.stage("selecting"));
+    // The first that is selected is the strongest of all.
+    const auto one = result.selection.empty()
+                         ? scan::select_configurations(distances, 1, 1, control.stage("selecting"))
+                         : result.selection;
+    if (!one.empty()) {
         result.strongest = one.front();
     }
+    result.selection_is_exact =
+        refinable ? !has_final_bounds(distances) || result.left_open == 0
+                  : scan::to_refine(distances, select, per_material, scan::Decided::selection,
+                                    control.stage("selecting"))
+                        .empty();
+    result.exact = result.selection_is_exact && result.left_open == 0 &&
+                   std::ranges::all_of(both, can_be_exact);
     result.seconds.select = watch.lap();
     control.update("listing", 0);
     result.disagreements = list_disagreements(distances, result.census.counts.disagreements(),

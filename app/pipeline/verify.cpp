@@ -174,7 +174,8 @@ void check_distances(engine::Engines& engines, Report& report, const Control& co
                                  .second_bounds = of("pawcielab").bounds};
     refine(distances, *database,
            {&engine::find_metric("cwcbrt"), &engine::find_metric("pawcielab")}, 0, 0,
-           engine::DistanceOptions().memory_bytes, control.stage("built-in database"));
+           engine::DistanceOptions().memory_bytes,
+           {.refining = control.stage("built-in database")});
     const auto counts = scan::count_disagreements(distances).counts.disagreements();
     const auto difference = std::max(counts, kDisagreements) - std::min(counts, kDisagreements);
     report.row(fmt::format("disagreements{}", report.way()), fmt::format("{}", kDisagreements),

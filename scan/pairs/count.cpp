@@ -8,10 +8,10 @@
 #include <cstddef>
 #include <functional>
 #include <stdexcept>
-#include <utility>
 #include <vector>
 
 #include "engine/base/widest_vectors.h"
+#include "scan/pairs/merge_count.h"
 
 namespace merl::scan {
 namespace {
@@ -58,7 +58,14 @@ Tally tally_row(double d1, double d2, const double* first, const double* second,
 }
 
 /// A pair of materials as its two distances.
-using Point = std::pair<double, double>;
+struct Point {
+    double first;
+    double second;
+};
+
+bool operator<(const Point& a, const Point& b) {
+    return a.first < b.first || (a.first == b.first && a.second < b.second);
+}
 
 /// Number of pairs of equal elements in a sorted range, that is the sum of t(t-1)/2 over its runs.
 template <typename Range, typename Equal>
@@ -72,50 +79,21 @@ std::uint64_t count_ties(const Range& sorted, Equal equal) {
     return ties;
 }
 
-/// Sorts by merging; returns how many pairs of elements were in strictly descending order.
-std::uint64_t sort_counting_inversions(std::vector<double>& values) {
-    std::uint64_t inversions = 0;
-    const std::size_t size = values.size();
-    std::vector<double> merged(size);
-    for (std::size_t width = 1; width < size; width *= 2) {
-        for (std::size_t begin = 0; begin < size; begin += 2 * width) {
-            const std::size_t middle = std::min(begin + width, size);
-            const std::size_t end = std::min(middle + width, size);
-            std::size_t left = begin;
-            std::size_t right = middle;
-            std::size_t out = begin;
-            while (left < middle && right < end) {
-                // No branch on the data: it would be mispredicted every other time.
-                const bool take_right = values[right] < values[left];
-                merged[out++] = take_right ? values[right] : values[left];
-                inversions += take_right ? middle - left : 0;
-                right += take_right ? 1 : 0;
-                left += take_right ? 0 : 1;
-            }
-            const auto at = [](std::vector<double>& v, std::size_t i) {
-                return v.begin() + static_cast<std::ptrdiff_t>(i);
-            };
-            const auto rest = std::copy(at(values, left), at(values, middle), at(merged, out));
-            std::copy(at(values, right), at(values, end), rest);
-        }
-        values.swap(merged);
-    }
-    return inversions;
-}
-
 }  // namespace
 
-Counts count_by_streaming(const Distances& distances) {
+Counts count_by_streaming(const Distances& distances, const Progress& progress) {
     distances.validate();
     const std::size_t pairs = distances.pairs();
     const double* first = distances.first.data();
     const double* second = distances.second.data();
+    Work work(static_cast<double>(distances.configurations()), progress);
     const Tally tally = tbb::parallel_reduce(
         tbb::blocked_range<std::size_t>(0, pairs, 16), Tally(),
-        [=](const tbb::blocked_range<std::size_t>& rows, Tally sum) {
+        [=, &work](const tbb::blocked_range<std::size_t>& rows, Tally sum) {
             for (std::size_t a = rows.begin(); a < rows.end(); ++a) {
                 sum = sum +
                       tally_row(first[a], second[a], first + a + 1, second + a + 1, pairs - a - 1);
+                work.add(pairs - a - 1);
             }
             return sum;
         },
@@ -123,36 +101,42 @@ Counts count_by_streaming(const Distances& distances) {
     return classify(tally, distances.configurations());
 }
 
-Counts count_by_inversions(const Distances& distances) {
+Counts count_by_inversions(const Distances& distances, const Progress& progress) {
     distances.validate();
     std::vector<Point> points(distances.pairs());
-    for (std::size_t i = 0; i < points.size(); ++i) {
-        points[i] = {distances.first[i], distances.second[i]};
-    }
-    std::ranges::sort(points);
-
-    // Within a tie of the first metric the second ascends, so that a tie adds no inversion.
-    std::vector<double> second(points.size());
-    std::ranges::transform(points, second.begin(), &Point::second);
-    const std::uint64_t discordant = sort_counting_inversions(second);
+    const auto filling = part_of(progress, 0, 0.05);
+    Work work(static_cast<double>(points.size()), filling);
+    in_parallel(points.size(), work, [&](std::uint32_t begin, std::uint32_t end) {
+        for (std::uint32_t i = begin; i < end; ++i) {
+            points[i] = {distances.first[i], distances.second[i]};
+        }
+    });
+    sort_with_progress(points, std::less<>(), part_of(progress, 0.05, 0.65));
 
     Counts counts;
     counts.configurations = distances.configurations();
-    counts.discordant = discordant;
-    counts.tied_both = count_ties(points, std::equal_to<>());
+    counts.tied_both = count_ties(points, [](const Point& a, const Point& b) {
+        return a.first == b.first && a.second == b.second;
+    });
     counts.tied_first_only =
         count_ties(points, [](const Point& a, const Point& b) { return a.first == b.first; }) -
         counts.tied_both;
+    // Within a tie of the first metric the second ascends, so that a tie adds no inversion.
+    std::vector<double> second(points.size());
+    std::ranges::transform(points, second.begin(), &Point::second);
+    std::vector<Point>().swap(points);  // there may be fifty million
+    counts.discordant = count_inversions<double>(second, part_of(progress, 0.7, 0.3));
     counts.tied_second_only = count_ties(second, std::equal_to<>()) - counts.tied_both;
     return counts;
 }
 
-Census count_disagreements(const Distances& distances) {
-    const Counts counts = count_by_inversions(distances);
-    if (counts.configurations > max_streamed) {
+Census count_disagreements(const Distances& distances, const Progress& progress) {
+    const bool stream = distances.configurations() <= max_streamed;
+    const Counts counts = count_by_inversions(distances, part_of(progress, 0, stream ? 0.2 : 1.0));
+    if (!stream) {
         return {counts, false};
     }
-    const Counts streamed = count_by_streaming(distances);
+    const Counts streamed = count_by_streaming(distances, part_of(progress, 0.2, 0.8));
     if (streamed != counts) {
         throw std::logic_error(fmt::format(
             "internal error: streaming counts {} disagreements where the inversions give {}",

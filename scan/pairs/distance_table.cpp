@@ -17,7 +17,7 @@ constexpr std::uint64_t kRowsPerUpdate = 4096;
 
 }  // namespace
 
-Distances DistanceTable::distances(std::size_t first, std::size_t second) const {
+Distances DistanceTable::distances(std::size_t first, std::size_t second) const& {
     const MetricColumn& a = metrics.at(first);
     const MetricColumn& b = metrics.at(second);
     return {.names = names,
@@ -27,6 +27,20 @@ Distances DistanceTable::distances(std::size_t first, std::size_t second) const 
             .second = b.values,
             .first_bounds = a.bounds,
             .second_bounds = b.bounds,
+            .first_is_final = a.is_final,
+            .second_is_final = b.is_final};
+}
+
+Distances DistanceTable::distances(std::size_t first, std::size_t second) && {
+    MetricColumn& a = metrics.at(first);
+    MetricColumn& b = metrics.at(second);
+    return {.names = std::move(names),
+            .first_metric = std::move(a.metric),
+            .second_metric = std::move(b.metric),
+            .first = std::move(a.values),
+            .second = std::move(b.values),
+            .first_bounds = std::move(a.bounds),
+            .second_bounds = std::move(b.bounds),
             .first_is_final = a.is_final,
             .second_is_final = b.is_final};
 }

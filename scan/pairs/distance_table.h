@@ -29,7 +29,10 @@ struct DistanceTable {
     std::uint64_t pairs() const { return pair_count(names.size()); }
 
     /// Two of the metrics, by index, for the scan.
-    Distances distances(std::size_t first, std::size_t second) const;
+    Distances distances(std::size_t first, std::size_t second) const&;
+
+    /// The same, of two different metrics, without a copy.
+    Distances distances(std::size_t first, std::size_t second) &&;
 };
 
 /// Reads a table from CSV (csv_reader.h): that of parse_listed_distances (listed_distances.h), with

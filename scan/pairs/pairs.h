@@ -52,7 +52,7 @@ struct Distances {
     std::vector<double> second;      ///< D2 of every pair, in pair order
 
     /// How far each distance can be from the exact one; 0 for an exact one. Empty: all are exact.
-    /// Only `to_refine`, `count_undecided` and `write_pairs` look at them.
+    /// Only `to_refine`, `bound_disagreements` and `write_pairs` look at them.
     std::vector<double> first_bounds = {};
     std::vector<double> second_bounds = {};
 

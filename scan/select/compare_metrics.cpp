@@ -9,9 +9,9 @@
 #include <stdexcept>
 
 #include "scan/io/csv.h"
+#include "scan/pairs/bounded_count.h"
 #include "scan/pairs/count.h"
 #include "scan/select/selection.h"
-#include "scan/select/undecided.h"
 
 namespace merl::scan {
 namespace {

@@ -21,13 +21,23 @@ namespace merl::scan {
 /// that of a full sort. Boxes that no disagreement joins are never opened, so metrics that nearly
 /// agree, where most pairs far apart in D1/D2 are ordered alike by both, cost little.
 ///
+/// Of distances that are known within bounds it yields what may be a disagreement, in the order of
+/// the least agreements that are possible.
+///
 /// Memory: the tree, and 24 bytes for every two boxes opened but not done with.
 class DisagreementSearch {
   public:
-    /// O(P log P). Throws std::invalid_argument for bad distances.
-    explicit DisagreementSearch(const Distances& distances);
+    /// Of distances as they are; their bounds do not matter. They must outlive the search. O(P log
+    /// P). `progress` follows the making of the tree, and is called while disagreements are looked
+    /// for, too. Throws std::invalid_argument for bad distances.
+    explicit DisagreementSearch(const Distances& distances, Progress progress = {});
 
-    /// The next disagreement, or none when all have been yielded.
+    /// Of distances anywhere within the places of their pairs. Ends of places must be finite and
+    /// not negative.
+    DisagreementSearch(std::uint32_t pairs, PairTree::PlaceOf place_of, Progress progress = {});
+
+    /// The next disagreement, or none when all have been yielded. Of one that is not decided the
+    /// agreement is the least that is possible, and it may come once with either pair on the left.
     std::optional<Configuration> next();
 
     /// Yield no more configurations with this pair. O(log P).
@@ -48,7 +58,10 @@ class DisagreementSearch {
     std::optional<Candidate> candidate(std::uint32_t left, std::uint32_t right) const;
     void push(std::uint32_t left, std::uint32_t right);
 
+    Progress progress_;
     PairTree tree_;
+    Work opening_;
+    bool any_dropped_ = false;
     std::priority_queue<Candidate, std::vector<Candidate>, std::greater<>> candidates_;
 };
 

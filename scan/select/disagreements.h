@@ -1,11 +1,11 @@
 #pragma once
 
 #include <cstdint>
-#include <functional>
 #include <vector>
 
 #include "scan/pairs/agreement.h"
 #include "scan/pairs/pairs.h"
+#include "scan/pairs/work.h"
 
 namespace merl::scan {
 
@@ -16,14 +16,13 @@ inline constexpr std::uint64_t max_listed = std::uint64_t{1} << 28;
 /// of the caller's arena; 16 bytes each. Throws std::invalid_argument for bad distances and
 /// std::length_error for more than `max_listed` disagreements. `progress` is called on this thread
 /// with about the share that is done; what it throws comes out.
-std::vector<Configuration> all_disagreements(
-    const Distances& distances, const std::function<void(double share)>& progress = {});
+std::vector<Configuration> all_disagreements(const Distances& distances,
+                                             const Progress& progress = {});
 
 /// The first `count` of them, or all where there are no more. A few are searched for without
 /// listing the others; many are cut from the list. Errors as above, but std::length_error only when
 /// more than `max_listed` are to be returned.
-std::vector<Configuration> strongest_disagreements(
-    const Distances& distances, std::uint64_t count,
-    const std::function<void(double share)>& progress = {});
+std::vector<Configuration> strongest_disagreements(const Distances& distances, std::uint64_t count,
+                                                   const Progress& progress = {});
 
 }  // namespace merl::scan

@@ -21,6 +21,9 @@ namespace {
 /// Rows of a chunk: enough that handing it on costs nothing, few enough to stay in the cache.
 constexpr std::size_t chunk_rows = 2048;
 
+/// So many pairs have texts that are kept while configurations are written: some 150 MiB.
+constexpr std::size_t most_kept = 1'000'000;
+
 /// The rows from `begin` to before `end`, and their text once they are formatted.
 struct Chunk {
     std::size_t begin = 0;
@@ -31,7 +34,7 @@ struct Chunk {
 /// Writes rows 0 to count-1 in order; `append` appends the text of one row, on any thread.
 void write_rows(int file, std::size_t count,
                 const std::function<void(std::string& text, std::size_t row)>& append,
-                const std::function<void(double share)>& progress = {}) {
+                const Progress& progress = {}) {
     // The pipeline passes pointers into this ring: oneTBB loses what its tokens own when a filter
     // throws. A chunk is free again when its turn comes, as no more are under way than there are
     // and they leave in order.
@@ -115,7 +118,7 @@ std::string configuration_header(const PairColumns& pairs) {
 
 }  // namespace
 
-void write_pairs(int file, const Distances& distances) {
+void write_pairs(int file, const Distances& distances, const Progress& progress) {
     const auto& d = distances;
     const PairColumns columns = columns_of(d);
     const bool bounded = !d.first_bounds.empty() && !d.second_bounds.empty();
@@ -127,29 +130,34 @@ void write_pairs(int file, const Distances& distances) {
         }
     }
     write_all(file, header + '\n');
-    write_rows(file, distances.pairs(), [&](std::string& text, std::size_t row) {
-        const PairText pair = text_of(columns, static_cast<std::uint32_t>(row));
-        text += pair.names + ',' + pair.first + ',' + pair.second;
-        if (bounded) {
-            for (const double bound : {d.first_bounds[row], d.second_bounds[row]}) {
-                text += ',';
-                append_number(text, bound);
+    write_rows(
+        file, distances.pairs(),
+        [&](std::string& text, std::size_t row) {
+            const PairText pair = text_of(columns, static_cast<std::uint32_t>(row));
+            text += pair.names + ',' + pair.first + ',' + pair.second;
+            if (bounded) {
+                for (const double bound : {d.first_bounds[row], d.second_bounds[row]}) {
+                    text += ',';
+                    append_number(text, bound);
+                }
+                for (const bool is_float64 : {d.first_is_final || d.first_bounds[row] == 0,
+                                              d.second_is_final || d.second_bounds[row] == 0}) {
+                    text += is_float64 ? ",float64" : ",float32";
+                }
             }
-            for (const bool is_float64 : {d.first_is_final || d.first_bounds[row] == 0,
-                                          d.second_is_final || d.second_bounds[row] == 0}) {
-                text += is_float64 ? ",float64" : ",float32";
-            }
-        }
-        text += '\n';
-    });
+            text += '\n';
+        },
+        progress);
 }
 
 void write_disagreements(int file, const PairColumns& pairs,
-                         std::span<const Configuration> configurations,
-                         const std::function<void(double share)>& progress) {
+                         std::span<const Configuration> configurations, const Progress& progress) {
     write_all(file, configuration_header(pairs));
 
-    std::vector<PairText> texts(pairs.first.size());
+    // The text of every pair once, where it is needed more often and there is room.
+    const bool keep =
+        configurations.size() >= pairs.first.size() && pairs.first.size() <= most_kept;
+    std::vector<PairText> texts(keep ? pairs.first.size() : 0);
     tbb::parallel_for(std::size_t{0}, texts.size(), [&](std::size_t pair) {
         texts[pair] = text_of(pairs, static_cast<std::uint32_t>(pair));
     });
@@ -157,14 +165,17 @@ void write_disagreements(int file, const PairColumns& pairs,
         file, configurations.size(),
         [&](std::string& text, std::size_t row) {
             const auto& [left, right, agreement] = configurations[row];
-            append_row(text, texts[left], texts[right], agreement);
+            if (keep) {
+                append_row(text, texts[left], texts[right], agreement);
+            } else {
+                append_row(text, text_of(pairs, left), text_of(pairs, right), agreement);
+            }
         },
         progress);
 }
 
 void write_disagreements(int file, const Distances& distances,
-                         std::span<const Configuration> configurations,
-                         const std::function<void(double share)>& progress) {
+                         std::span<const Configuration> configurations, const Progress& progress) {
     write_disagreements(file, columns_of(distances), configurations, progress);
 }
 

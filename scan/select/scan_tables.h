@@ -8,6 +8,7 @@
 
 #include "scan/pairs/agreement.h"
 #include "scan/pairs/pairs.h"
+#include "scan/pairs/work.h"
 
 namespace merl::scan {
 
@@ -19,7 +20,8 @@ namespace merl::scan {
 
 /// material_1,material_2,D1,D2 and, where bounds are known, D1_bound,D2_bound,D1_precision,
 /// D2_precision (float32, or float64 where the bound is 0): one row a pair, in pair order.
-void write_pairs(int file, const Distances& distances);
+/// `progress` as below.
+void write_pairs(int file, const Distances& distances, const Progress& progress = {});
 
 /// Pairs, by index, as the rows of configurations have them.
 struct PairColumns {
@@ -32,15 +34,15 @@ struct PairColumns {
 
 /// left_1,left_2,right_1,right_2,D1_left,D1_right,D2_left,D2_right,agreement: one row a
 /// configuration, in the given order. Rows are formatted on the threads of the caller's arena while
-/// earlier ones are written; memory is bounded by what the pairs need, not by the rows.
+/// earlier ones are written, in pieces: memory does not grow with the rows.
 /// After every few thousand rows `progress` is called with the share that is written, on any thread
 /// but one at a time; what it throws ends the writing and comes out.
 void write_disagreements(int file, const Distances& distances,
                          std::span<const Configuration> configurations,
-                         const std::function<void(double share)>& progress = {});
+                         const Progress& progress = {});
 void write_disagreements(int file, const PairColumns& pairs,
                          std::span<const Configuration> configurations,
-                         const std::function<void(double share)>& progress = {});
+                         const Progress& progress = {});
 
 /// rank, counted from 1, and the columns of write_disagreements.
 void write_selection(int file, const Distances& distances,

@@ -6,8 +6,9 @@
 namespace merl::scan {
 
 std::vector<Configuration> select_configurations(const Distances& distances, std::uint32_t select,
-                                                 std::uint32_t per_material) {
-    DisagreementSearch search(distances);
+                                                 std::uint32_t per_material,
+                                                 const Progress& progress) {
+    DisagreementSearch search(distances, progress);
     Participation participation(distances.materials(), per_material);
     std::vector<Configuration> chosen;
     while (chosen.size() < select && per_material > 0) {

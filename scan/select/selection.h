@@ -5,6 +5,7 @@
 
 #include "scan/pairs/agreement.h"
 #include "scan/pairs/pairs.h"
+#include "scan/pairs/work.h"
 
 namespace merl::scan {
 
@@ -16,6 +17,7 @@ namespace merl::scan {
 /// Searches best-first and lists no other disagreements: O(P log P) and little more. Throws
 /// std::invalid_argument for bad distances.
 std::vector<Configuration> select_configurations(const Distances& distances, std::uint32_t select,
-                                                 std::uint32_t per_material);
+                                                 std::uint32_t per_material,
+                                                 const Progress& progress = {});
 
 }  // namespace merl::scan

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "scan/pairs/pairs.h"
+#include "scan/pairs/work.h"
 
 namespace merl::scan {
 
@@ -23,22 +24,26 @@ struct Refinement {
 /// first, and what still meets another one without them. O(n log n).
 std::vector<bool> find_meeting(std::span<const double> values, std::span<const double> bounds);
 
+/// What is to be as if all distances were exact.
+enum class Decided {
+    selection,            ///< with its order and all its numbers
+    count_and_selection,  ///< and every sign of every configuration
+};
+
 /// What must be recomputed exactly so that every sign of every configuration, and the selection
 /// with all its numbers and its order, are those of exact distances:
 ///
-/// - what find_meeting() finds under each metric: only those can be ordered otherwise;
-/// - both distances of every pair of the selection, and of the configurations whose agreement
-///   could, within the bounds, come before one of the selected.
+/// - for the signs, what find_meeting() finds under each metric: only those can be ordered
+///   otherwise;
+/// - both distances of every pair of the selection, and of the configurations that could, within
+///   the bounds, be disagreements and come before one of the selected.
 ///
 /// Exact distances (bound 0) are never asked for again, and final ones not at all. After they are
 /// replaced the question is to be asked anew, for the selection may have changed; nothing is open
-/// any more after few rounds. Throws std::invalid_argument for bad distances or without bounds. O(P
-/// log P) and the search of the selection.
-Refinement to_refine(const Distances& distances, std::uint32_t select, std::uint32_t per_material);
-
-/// Configurations whose sign the bounds cannot decide under at least one metric. O(P log P),
-/// however many there are.
-std::uint64_t count_undecided(const Distances& distances);
+/// any more after few rounds. Throws std::invalid_argument for bad distances. O(P log P) and the
+/// search of the selection; 30 bytes a pair.
+Refinement to_refine(const Distances& distances, std::uint32_t select, std::uint32_t per_material,
+                     Decided decided = Decided::count_and_selection, const Progress& progress = {});
 
 /// Two pairs whose order the bounds leave open under a metric whose distances are final.
 struct OpenConfiguration {
@@ -51,6 +56,7 @@ struct OpenConfiguration {
 
 /// At most so many of them, those under the first metric first, by ascending distance. One that is
 /// open under both metrics is there twice. O(P log P + most), however many tie.
-std::vector<OpenConfiguration> list_undecided(const Distances& distances, std::size_t most);
+std::vector<OpenConfiguration> list_undecided(const Distances& distances, std::size_t most,
+                                              const Progress& progress = {});
 
 }  // namespace merl::scan

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "app/pipeline/refine.h"
+#include "scan/pairs/bounded_count.h"
 #include "scan/pairs/count.h"
 #include "scan/select/disagreements.h"
 #include "scan/select/scan_tables.h"
@@ -30,6 +31,21 @@ constexpr std::uint64_t kGoldenDisagreements = 4'289'737;
 
 const scan::Distances& many_distances() {
     static const auto distances = made_up_distances(kMany);
+    return distances;
+}
+
+/// The same, each within 3e-7 of itself: what float32 leaves of ordinary materials.
+const scan::Distances& many_bounded_distances() {
+    static const auto distances = [] {
+        auto result = many_distances();
+        for (const double distance : result.first) {
+            result.first_bounds.push_back(3e-7 * distance);
+        }
+        for (const double distance : result.second) {
+            result.second_bounds.push_back(3e-7 * distance);
+        }
+        return result;
+    }();
     return distances;
 }
 
@@ -90,6 +106,42 @@ void time_count(benchmark::State& state, const std::string& name, const scan::Di
         benchmark::DoNotOptimize(count(distances));
     }
     state.counters["configurations"] = static_cast<double>(distances.configurations());
+}
+
+void time_bounds(benchmark::State& state) {
+    const auto& distances = many_bounded_distances();
+    check_once("bounds/of-1000", [&] {
+        const auto bounded = scan::bound_disagreements(distances);
+        const auto count = count_by_tree(distances);
+        require(bounded.undecided > 0 && bounded.least <= count && count <= bounded.greatest(),
+                "the count is not within the bounds");
+        return 0;
+    });
+    for ([[maybe_unused]] auto _ : state) {
+        benchmark::DoNotOptimize(scan::bound_disagreements(distances));
+    }
+}
+
+/// Which distances are wanted in float64; those of the selection must be among them.
+void time_to_refine(benchmark::State& state, const std::string& name, scan::Decided decided) {
+    const auto& distances = many_bounded_distances();
+    check_once(name, [&] {
+        const auto wanted = scan::to_refine(distances, kSelect, kPerMaterial, decided);
+        for (const auto& c : scan::select_configurations(distances, kSelect, kPerMaterial)) {
+            for (const auto* pairs : {&wanted.first, &wanted.second}) {
+                require(std::ranges::binary_search(*pairs, c.left) &&
+                            std::ranges::binary_search(*pairs, c.right),
+                        "a pair of the selection is not wanted");
+            }
+        }
+        return 0;
+    });
+    std::size_t wanted = 0;
+    for ([[maybe_unused]] auto _ : state) {
+        const auto found = scan::to_refine(distances, kSelect, kPerMaterial, decided);
+        wanted = found.first.size() + found.second.size();
+    }
+    state.counters["wanted"] = static_cast<double>(wanted);
 }
 
 /// The best-first search against a list that is sorted in full, or as far as the selection goes.
@@ -186,10 +238,14 @@ void add_scan() {
     using benchmark::State;
     add("refine", time_refine).Iterations(1);
     add("count/streaming", [](State& state) {
-        time_count(state, "streaming", exact_distances(), scan::count_by_streaming);
+        time_count(state, "streaming", exact_distances(), [](const scan::Distances& distances) {
+            return scan::count_by_streaming(distances);
+        });
     });
     add("count/inversions", [](State& state) {
-        time_count(state, "inversions", exact_distances(), scan::count_by_inversions);
+        time_count(state, "inversions", exact_distances(), [](const scan::Distances& distances) {
+            return scan::count_by_inversions(distances);
+        });
     });
     add("count/of-1000", [](State& state) {
         require(!scan::count_disagreements(many_distances()).streamed, "streaming was tried");
@@ -200,6 +256,13 @@ void add_scan() {
     add("select", [](State& state) { time_selection(state, "select", exact_distances()); });
     add("select/of-1000",
         [](State& state) { time_selection(state, "select/of-1000", many_distances()); });
+    add("bounds/of-1000", time_bounds);
+    add("to-refine/of-1000", [](State& state) {
+        time_to_refine(state, "to-refine/of-1000", scan::Decided::count_and_selection);
+    });
+    add("to-refine/selection-of-1000", [](State& state) {
+        time_to_refine(state, "to-refine/selection-of-1000", scan::Decided::selection);
+    });
     add("list", time_list);
     add("csv", time_csv);
 }

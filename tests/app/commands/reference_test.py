@@ -197,11 +197,13 @@ class Reference(Case):
         results = self.reference_scan(*self.databases, "--reference", "measured")
         everything = self.scan(*self.databases, "--metrics", "cwcbrt,pawcielab", "--fast", out="all")
         _, rows = read_csv(everything / "pairs.csv")
-        float32 = {frozenset(row[:2]): (float(row[2]), float(row[3]), float(row[4]), float(row[5])) for row in rows}
-        for row in self.rows_of(results, ["cwcbrt", "pawcielab"]):
-            one, other, *bounds = float32[frozenset(row[:2])]
-            self.assertLessEqual(abs(row[3] - one), bounds[0])
-            self.assertLessEqual(abs(row[4] - other), bounds[1])
+        among_all = {frozenset(row[:2]): list(map(float, row[2:6])) for row in rows}
+        header, rows = read_csv(results / "approximations.csv")
+        for row in rows:
+            for i, metric in enumerate(("cwcbrt", "pawcielab")):
+                found = among_all[frozenset(row[:2])]
+                distance, bound = (float(row[header.index(metric + end)]) for end in ("", "_bound"))
+                self.assertLessEqual(abs(distance - found[i]), bound + found[2 + i])
 
     def test_the_whole_study(self):
         """From the scan to what votes and a score say of it, each from the files of the one before."""

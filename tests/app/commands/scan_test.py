@@ -330,15 +330,25 @@ class Summary(ScanCase):
             self.assertLessEqual(selected, exact)
 
     def test_fast(self):
-        output = self.assert_success("scan", "--database", "db", "--out", "fast", "--fast")
+        output = self.assert_success("scan", "--database", "db", "--out", "fast", "--fast",
+                                     "--select", 3)
         s = read_json(self.work / "fast" / "summary.json")
-        self.assertIs(s["exact"], False)
-        self.assertEqual(s["refined_distances"], {"cwcbrt": 0, "pawcielab": 0})
         self.assertEqual(s["undecided_in_float32"], self.summary["undecided_in_float32"])
-        self.assertRegex(output, rf"(?m)^undecided +{s['undecided_in_float32']:,} configurations, ")
-        self.assertNotIn("refined", output)
-        for precisions in precisions_of(self.work / "fast").values():
-            self.assertEqual(set(precisions), {"float32"})
+        between = s["disagreements_between"]
+        self.assertLessEqual(between["least"], self.summary["disagreements"])
+        self.assertGreaterEqual(between["greatest"], self.summary["disagreements"])
+        undecided = s["undecided"]["configurations"]
+        self.assertEqual(between["greatest"] - between["least"], undecided)
+        self.assertEqual((s["exact"], s["exact_selection"]), (undecided == 0, True))
+        self.assertEqual(read_csv(self.work / "fast" / "selection.csv")[1],
+                         read_csv(self.work / "out" / "selection.csv")[1][:3])
+        # Both distances of the six pairs, and few others.
+        precisions = precisions_of(self.work / "fast")
+        self.assertEqual({m: p.count("float64") for m, p in precisions.items()},
+                         s["refined_distances"])
+        for metric, refined in s["refined_distances"].items():
+            self.assertLess(refined, self.summary["refined_distances"][metric])
+        self.assertRegex(output, r"(?m)^refined +\d+ \+ \d+ distances in float64")
 
     def test_counts_add_up(self):
         counts = dict(self.summary["counts"])
@@ -504,13 +514,23 @@ class Exact(ScanCase):
     def test_fast_says_what_it_leaves_open(self):
         write_database(self.work / "db", self.adversaries(GRID))
         summaries = [read_json(self.scan("--database", "db", *options, out=out) / "summary.json")
-                     for out, *options in (["exact"], ["fast", "--fast"])]
+                     for out, *options in (["exact", "--select", 4],
+                                           ["fast", "--fast", "--select", 4])]
         self.assertEqual([s["exact"] for s in summaries], [True, False])
         exact, fast = summaries
         self.assertGreater(fast["undecided_in_float32"], 100)
         self.assertEqual(fast["undecided_in_float32"], exact["undecided_in_float32"])
-        self.assertLessEqual(abs(fast["disagreements"] - exact["disagreements"]),
-                             fast["undecided_in_float32"])
+        least, greatest = fast["disagreements_between"].values()
+        self.assertLess(least, greatest)
+        for count in exact["disagreements"], fast["disagreements"]:
+            self.assertLessEqual(least, count)
+            self.assertGreaterEqual(greatest, count)
+        self.assertEqual(fast["undecided"]["configurations"], greatest - least)
+        self.assertEqual(exact["disagreements_between"],
+                         dict.fromkeys(("least", "greatest"), exact["disagreements"]))
+        self.assertIs(fast["exact_selection"], True)
+        selections = [(self.work / out / "selection.csv").read_bytes() for out in ("exact", "fast")]
+        self.assertEqual(*selections)
 
 
 class Range(ScanCase):

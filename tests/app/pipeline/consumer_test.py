@@ -14,11 +14,13 @@ class Consumer(Case):
 
     def test_a_distance(self):
         write_database(self.work / "db", 4)
-        _, rows = read_csv(self.scan("--database", "db", "--fast") / "pairs.csv")
+        self.assert_success("compare", "--database", "db", "--metrics", "cwcbrt,pawcielab", "--out",
+                            "out")
+        header, rows = read_csv(self.work / "out" / "distances.csv")
         result = self.run_consumer("db")
         self.assertEqual(result.stderr, "")
         names, value = result.stdout.split(": ")
-        header, first = read_csv(self.work / "out" / "pairs.csv")[0], rows[0]
+        first = rows[0]
         self.assertEqual(names, f"{first[0]}, {first[1]}")
         self.assertEqual(float(value), float(first[header.index("pawcielab")]))
 

@@ -170,11 +170,27 @@ TEST(Pipeline, AScanIsRefinedAndCounted) {
     ASSERT_TRUE(exact.strongest);
     EXPECT_EQ(exact.disagreements.front().agreement, exact.strongest->agreement);
     EXPECT_EQ(exact.census.counts.configurations, 12'248'775U);
-    const auto fast = scan_distances(distances.table, database.get(), two_metrics(),
-                                     {.disagreements = 0, .fast = true});
+    const auto counted = exact.census.counts.disagreements();
+    EXPECT_EQ(exact.bounded, (scan::BoundedCount{counted, 0}));
+    std::uint64_t announced = 0;
+    const auto fast =
+        scan_distances(distances.table, database.get(), two_metrics(),
+                       {.select = 10,
+                        .disagreements = 0,
+                        .fast = true,
+                        .before_refining = [&](std::uint64_t wanted, std::uint64_t of) {
+                            announced += wanted;
+                            EXPECT_EQ(of, 2U * 4950U);
+                        }});
     EXPECT_FALSE(fast.exact);
-    EXPECT_EQ(fast.refined.first + fast.refined.second, 0U);
+    EXPECT_TRUE(fast.selection_is_exact);
+    EXPECT_EQ(fast.selection, exact.selection);
+    EXPECT_GT(announced, 0U);
+    EXPECT_EQ(fast.refined.first + fast.refined.second, announced);
+    EXPECT_LT(announced, exact.refined.first + exact.refined.second);
     EXPECT_EQ(fast.undecided, exact.undecided);
+    EXPECT_LE(fast.bounded.least, counted);
+    EXPECT_GE(fast.bounded.greatest(), counted);
 }
 
 TEST(Pipeline, ATableIsTakenAsExact) {
@@ -219,6 +235,8 @@ TEST(Pipeline, WhatDoesNotBelongTogetherIsRefused) {
     const auto open = scan_distances(distances.table, nullptr, {}, {.disagreements = 0});
     EXPECT_GT(open.undecided, 0U);
     EXPECT_FALSE(open.exact);
+    EXPECT_FALSE(open.selection_is_exact);
+    EXPECT_EQ(open.bounded.undecided, open.undecided);
     // A single material has no distance.
     EXPECT_THROW(distances_of(*engine::make_subset(database, {7})), InputError);
     EXPECT_THROW(distances_of(*engine::make_subset(database, {})), InputError);

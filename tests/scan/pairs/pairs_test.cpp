@@ -6,6 +6,7 @@
 #include <limits>
 #include <stdexcept>
 
+#include "scan/pairs/bounded_count.h"
 #include "scan/pairs/count.h"
 #include "scan/select/disagreement_search.h"
 #include "scan/select/disagreements.h"

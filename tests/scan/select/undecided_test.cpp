@@ -12,99 +12,24 @@
 #include <random>
 #include <stdexcept>
 
+#include "scan/pairs/bounded_count.h"
 #include "scan/pairs/count.h"
 #include "scan/select/selection.h"
+#include "tests/scan/approximate_distances.h"
 #include "tests/scan/support.h"
 
 namespace merl::scan {
 namespace {
 
+using testing::approximate;
+using testing::errors;
 using testing::make_distances;
+using testing::near_ties;
+using testing::Random;
 using testing::random_cases;
-using testing::RandomCase;
-using Random = std::mt19937_64;
 using Indices = std::vector<std::uint32_t>;
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
-
-/// Clusters of distances that differ by nothing, a unit in the last place, 1e-12 or 1e-7.
-Distances near_ties(std::uint32_t materials, std::uint64_t seed) {
-    Random random(seed);
-    std::uniform_real_distribution<double> value(1, 2);
-    const auto draw = [&](std::vector<double>& values) {
-        for (std::uint64_t i = 0; i < pair_count(materials); ++i) {
-            const bool near = !values.empty() && random() % 3 > 0;
-            const double base = near ? values[random() % values.size()] : value(random);
-            constexpr std::array steps{0.0, 2.3e-16, 1e-12, 1e-7};
-            values.push_back(base * (1 + steps[near ? random() % steps.size() : 0]));
-        }
-    };
-    std::vector<double> first;
-    std::vector<double> second;
-    draw(first);
-    draw(second);
-    return make_distances(std::move(first), std::move(second));
-}
-
-std::vector<RandomCase> cases() {
-    auto all = random_cases();
-    all.push_back({"near ties", near_ties});
-    return all;
-}
-
-/// How an approximation errs: the bound of a value.
-struct Errors {
-    std::string name;
-    std::function<double(double value, Random&)> bound;
-};
-
-double mixed_bound(double value, Random& random) {
-    switch (random() % 6) {
-        case 0:
-            return 0;
-        case 1:
-            return value;
-        case 2:
-            return random() % 8 == 0 ? infinity : value / 100;
-        default:
-            return std::ldexp(value, -static_cast<int>(random() % 60));
-    }
-}
-
-const std::vector<Errors>& errors() {
-    static const std::vector<Errors> all{
-        {"none", [](double, Random&) { return 0.0; }},
-        {"relative", [](double value, Random&) { return 3e-7 * value; }},
-        {"tiny", [](double value, Random&) { return 1e-15 * value; }},
-        {"wide", [](double value, Random&) { return 0.02 * value; }},
-        {"absolute", [](double, Random&) { return 1e-5; }},
-        {"anything", mixed_bound}};
-    return all;
-}
-
-/// Distances within the bounds from exact ones, often at their ends.
-Distances approximate(const Distances& exact, const Errors& errors, Random& random) {
-    std::uniform_real_distribution<double> share(-1.5, 1.5);
-    const auto perturb = [&](std::vector<double>& values, std::vector<double>& bounds) {
-        for (double& value : values) {
-            const double true_value = value;
-            double bound = errors.bound(value, random);
-            if (bound > 0) {
-                const double shift = std::clamp(share(random), -1.0, 1.0) * std::min(bound, 1e300);
-                value = std::clamp(value + shift, 0.0, std::numeric_limits<double>::max());
-                if (value != true_value) {
-                    const double moved = std::abs(value - true_value);
-                    bound = std::max(bound, std::nextafter(moved, infinity));
-                }
-            }
-            bounds.push_back(bound);
-        }
-    };
-    Distances result = exact;
-    perturb(result.first, result.first_bounds);
-    perturb(result.second, result.second_bounds);
-    return result;
-}
 
 void replace(const Indices& pairs, const std::vector<double>& exact, std::vector<double>& values,
              std::vector<double>& bounds) {
@@ -118,9 +43,9 @@ void replace(const Indices& pairs, const std::vector<double>& exact, std::vector
 
 /// Refines until nothing is left to refine; returns in how many rounds.
 int refine(Distances& distances, const Distances& exact, std::uint32_t select,
-           std::uint32_t per_material) {
+           std::uint32_t per_material, Decided decided = Decided::count_and_selection) {
     for (int rounds = 0; rounds < 1000; ++rounds) {
-        const Refinement open = to_refine(distances, select, per_material);
+        const Refinement open = to_refine(distances, select, per_material, decided);
         if (open.empty()) {
             return rounds;
         }
@@ -183,7 +108,7 @@ Indices all_pairs(const Distances& distances) {
 /// Calls `body(exact, approximate)` for every kind of data and of errors.
 void for_each_case(std::uint64_t seeds,
                    const std::function<void(const Distances&, const Distances&)>& body) {
-    for (const auto& random_case : cases()) {
+    for (const auto& random_case : testing::cases_with_near_ties()) {
         for (const auto& error : errors()) {
             for (std::uint64_t seed = 0; seed < seeds; ++seed) {
                 SCOPED_TRACE(
@@ -224,7 +149,7 @@ TEST(ToRefine, LeavesWhatExactDistancesDecide) {
 
 TEST(ToRefine, AsksForWhatMeetsAnotherAndNoMore) {
     // Without a selection, and with errors that are not so large that a pair is refined anyway.
-    for (const auto& random_case : cases()) {
+    for (const auto& random_case : testing::cases_with_near_ties()) {
         SCOPED_TRACE(random_case.name);
         for (std::uint64_t seed = 0; seed < 20; ++seed) {
             Random random(seed);
@@ -250,8 +175,80 @@ TEST(ToRefine, AsksForTheSelectionWhereNothingIsClose) {
     }
 }
 
+/// What to_refine() has to leave when only the selection is wanted.
+void expect_exact_selection(const Distances& refined, const Distances& exact, std::uint32_t select,
+                            std::uint32_t per_material) {
+    const auto chosen = select_configurations(refined, select, per_material);
+    ASSERT_EQ(chosen, select_configurations(exact, select, per_material));
+    for (const auto pair : pairs_of(chosen)) {
+        ASSERT_EQ(refined.first[pair], exact.first[pair]);
+        ASSERT_EQ(refined.second[pair], exact.second[pair]);
+    }
+    const auto bounded = bound_disagreements(refined);
+    const auto count = count_by_streaming(exact).disagreements();
+    ASSERT_LE(bounded.least, count);
+    ASSERT_GE(bounded.greatest(), count);
+}
+
+TEST(ToRefine, TheSelectionAlone) {
+    constexpr std::array<std::array<std::uint32_t, 2>, 6> limits{
+        {{1, 10}, {4, 1}, {7, 2}, {100, 10}, {5000, 5000}, {3, 0}}};
+    int most_rounds = 0;
+    for_each_case(25, [&](const Distances& exact, const Distances& approximate) {
+        for (const auto& [select, per_material] : limits) {
+            Distances refined = approximate;
+            most_rounds = std::max(
+                most_rounds, refine(refined, exact, select, per_material, Decided::selection));
+            expect_exact_selection(refined, exact, select, per_material);
+        }
+    });
+    RecordProperty("most_rounds", most_rounds);
+    EXPECT_LE(most_rounds, 20);
+}
+
+TEST(ToRefine, TheSelectionAloneOfMany) {
+    for (const auto& random_case : testing::cases_with_near_ties()) {
+        for (const auto& error : {errors()[1], errors()[3], errors()[5]}) {
+            SCOPED_TRACE(random_case.name + ", errors " + error.name);
+            const Distances exact = random_case.make(60, 3);
+            Random random(2);
+            Distances refined = approximate(exact, error, random);
+            EXPECT_LE(refine(refined, exact, 20, 4, Decided::selection), 30);
+            expect_exact_selection(refined, exact, 20, 4);
+        }
+    }
+}
+
+TEST(ToRefine, TheSelectionAloneAsksForLess) {
+    const Distances exact = random_cases()[0].make(200, 3);
+    Random random(2);
+    const Distances d = approximate(exact, errors()[1], random);
+    const auto all = to_refine(d, 10, 10);
+    const auto few = to_refine(d, 10, 10, Decided::selection);
+    EXPECT_GT(all.first.size(), 100U);  // so near to each other are they
+    EXPECT_LT(few.first.size(), 40U);
+    EXPECT_TRUE(std::ranges::includes(all.first, few.first));
+    EXPECT_TRUE(std::ranges::includes(all.second, few.second));
+}
+
+TEST(ToRefine, ProgressMayEndIt) {
+    Distances d = random_cases()[0].make(200, 3);
+    d.first_bounds.assign(d.pairs(), 1e-6);
+    d.second_bounds.assign(d.pairs(), 1e-6);
+    for (const double end : {0.0, 0.4}) {
+        const auto stop = [&](double share) {
+            if (share >= end) {
+                throw std::runtime_error("enough");
+            }
+        };
+        EXPECT_THROW(to_refine(d, 10, 10, Decided::count_and_selection, stop), std::runtime_error);
+    }
+    const auto stop = [](double) { throw std::runtime_error("enough"); };
+    EXPECT_THROW(select_configurations(d, 10, 10, stop), std::runtime_error);
+}
+
 TEST(ToRefine, AsksForNoneThatIsExact) {
-    for (const auto& random_case : cases()) {
+    for (const auto& random_case : testing::cases_with_near_ties()) {
         SCOPED_TRACE(random_case.name);
         Distances d = random_case.make(9, 5);
         d.first_bounds.assign(d.pairs(), 0);
@@ -262,7 +259,7 @@ TEST(ToRefine, AsksForNoneThatIsExact) {
 }
 
 TEST(ToRefine, AsksForEverythingWithoutBounds) {
-    for (const auto& random_case : cases()) {
+    for (const auto& random_case : testing::cases_with_near_ties()) {
         SCOPED_TRACE(random_case.name);
         Distances d = random_case.make(9, 6);
         d.first_bounds.assign(d.pairs(), infinity);
@@ -428,11 +425,14 @@ TEST(ToRefine, MoreThanAreCompared) {
     EXPECT_EQ(select_configurations(d, 1, 10).front().left, 0U);
 }
 
-TEST(ToRefine, NeedsBounds) {
+TEST(ToRefine, WithoutBoundsAllAreExact) {
     Distances d = make_distances({1, 2, 3}, {3, 2, 1});
-    EXPECT_THROW(to_refine(d, 1, 1), std::invalid_argument);
+    EXPECT_TRUE(to_refine(d, 1, 1).empty());
     d.first_bounds = {0, 0, 0};
-    EXPECT_THROW(to_refine(d, 1, 1), std::invalid_argument);
+    EXPECT_TRUE(to_refine(d, 1, 1).empty());
+    d.first_bounds = {1e-3, 0, 0};
+    EXPECT_EQ(to_refine(d, 1, 1).first, Indices{0});
+    d.first_bounds = {0, 0, 0};
     d.second_bounds = {0, 0, 0};
     EXPECT_TRUE(to_refine(d, 1, 1).empty());
     EXPECT_EQ(count_undecided(make_distances({1, 2, 3}, {3, 2, 1})), 0U);
