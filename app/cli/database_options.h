@@ -40,8 +40,8 @@ std::unique_ptr<engine::Database> open_database_and_warn(const DatabaseOptions& 
 
 /// What --database takes, for footers of --help.
 inline constexpr const char* kDatabaseHelp =
-    "A database is [LABEL=]PATH, or [LABEL=] and built-in, a model (merl-scan models) or "
-    "MODEL:TABLE.csv.\n"
+    "A database is [LABEL=]PATH, or [LABEL=] and built-in, a model (merl-scan models), "
+    "MODEL:TABLE.csv or blends:N.\n"
     "With several, or a LABEL, materials are called label/name; the last part of the path is the "
     "label where none is given. --materials and\n"
     "--exclude take names and patterns with commas between them, and @FILE with one a line.\n";

@@ -10,6 +10,7 @@
 #include "engine/base/error.h"
 #include "engine/base/text.h"
 #include "engine/database/bad_files.h"
+#include "engine/database/blends_database.h"
 #include "engine/database/content_hash.h"
 #include "engine/database/merl_file.h"
 #include "engine/database/model_database.h"
@@ -154,12 +155,12 @@ bool counts_the_same(const ordered_json& json, const scan::SelectionFile& select
 
 /// What opens a database again. Throws InputError when it is not there.
 std::string name_of(const RecordedDatabase& database, const std::string& summary) {
-    // Of the built-in database, which was the only one of its kind, older summaries have no path.
-    if (database.kind == engine::built_in_kind && !engine::is_model(database.path)) {
-        return engine::kBuiltInModel;
-    }
-    if (engine::is_model(database.path)) {
+    if (engine::is_model(database.path) || engine::is_blends(database.path)) {
         return database.path;
+    }
+    // Of the built-in database, which was the only one of its kind, older summaries have no path.
+    if (database.kind == engine::built_in_kind) {
+        return engine::kBuiltInModel;
     }
     if (database.path.empty()) {
         throw InputError(fmt::format(

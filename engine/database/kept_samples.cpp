@@ -26,10 +26,11 @@ void copy_planes(VoxelRange from_range, std::span<const double> from, VoxelRange
 
 }  // namespace
 
-KeptSamples::KeptSamples(const Grid& grid, std::size_t materials)
+KeptSamples::KeptSamples(const Grid& grid, std::size_t materials, Order order)
     : voxels_(grid.voxels()),
       chunks_((voxels_ + kChunkVoxels - 1) / kChunkVoxels),
       all_bytes_(materials * bytes_of({0, voxels_})),
+      order_(order),
       kept_(materials * chunks_) {}
 
 std::uint64_t KeptSamples::keep(std::uint64_t bytes) {
@@ -42,23 +43,37 @@ VoxelRange KeptSamples::chunk(std::uint64_t number) const {
     return {number * kChunkVoxels, std::min((number + 1) * kChunkVoxels, voxels_)};
 }
 
+/// Whether so many can be kept, if need be in the place of others.
+bool KeptSamples::has_room(std::uint64_t bytes) const {
+    return bytes + (order_ == Order::first ? kept_bytes_ : 0) <= most_bytes_;
+}
+
 /// A whole chunk, kept before or from now on; null where there is no room for it.
 KeptSamples::Planes KeptSamples::obtain(std::size_t material, std::uint64_t number,
                                         const Compute& compute) {
     const VoxelRange range = chunk(number);
-    Planes& place = kept_[material * chunks_ + number];
+    const std::size_t index = material * chunks_ + number;
+    Planes& place = kept_[index];
     {
         const std::lock_guard lock(mutex_);
-        if (place || kept_bytes_ + bytes_of(range) > most_bytes_) {
+        if (place || !has_room(bytes_of(range))) {
             return place;
         }
     }
     const auto computed = std::make_shared<std::vector<double>>(3 * range.size());
     compute(range, *computed);
     const std::lock_guard lock(mutex_);
-    if (!place && kept_bytes_ + bytes_of(range) <= most_bytes_) {  // no other thread was quicker
+    if (!place && has_room(bytes_of(range))) {  // no other thread was quicker
+        while (kept_bytes_ + bytes_of(range) > most_bytes_) {
+            kept_[places_.front()].reset();
+            kept_bytes_ -= bytes_of(chunk(places_.front() % chunks_));
+            places_.pop_front();
+        }
         place = computed;
         kept_bytes_ += bytes_of(range);
+        if (order_ == Order::last) {
+            places_.push_back(index);
+        }
     }
     return computed;
 }

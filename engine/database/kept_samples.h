@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <deque>
 #include <functional>
 #include <memory>
 #include <mutex>
@@ -16,7 +17,11 @@ namespace merl::engine {
 /// copy. For a database that is computed: its read() and keep() hand on to these.
 class KeptSamples {
   public:
-    KeptSamples(const Grid& grid, std::size_t materials);
+    /// What it does with more than it may keep: keep what came first, for materials that are read
+    /// from end to end one after the other, or what came last, where ranges of all of them are.
+    enum class Order { first, last };
+
+    KeptSamples(const Grid& grid, std::size_t materials, Order order = Order::first);
 
     /// As Database::keep(). Until it is called nothing is kept.
     std::uint64_t keep(std::uint64_t bytes);
@@ -35,12 +40,15 @@ class KeptSamples {
 
     VoxelRange chunk(std::uint64_t number) const;
     Planes obtain(std::size_t material, std::uint64_t number, const Compute& compute);
+    bool has_room(std::uint64_t bytes) const;
 
     const std::uint64_t voxels_;
     const std::uint64_t chunks_;     // of a material
     const std::uint64_t all_bytes_;  // of all materials
-    std::mutex mutex_;               // of what follows
-    std::vector<Planes> kept_;
+    const Order order_;
+    std::mutex mutex_;                // of what follows
+    std::vector<Planes> kept_;        // [material][chunk]
+    std::deque<std::size_t> places_;  // in it, as they came; of Order::last
     std::uint64_t kept_bytes_ = 0;
     std::uint64_t most_bytes_ = 0;
 };

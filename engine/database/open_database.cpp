@@ -8,6 +8,7 @@
 #include <system_error>
 
 #include "engine/base/error.h"
+#include "engine/database/blends_database.h"
 #include "engine/database/merl_directory.h"
 #include "engine/database/model_database.h"
 #include "engine/database/other_formats.h"
@@ -52,6 +53,10 @@ const std::array kKinds = {
          [](const std::string& name, const OpenOptions& options) {
              return open_model(name, options.grid);
          }},
+    Kind{"blends:N (N materials: the built-in ones and blends of them)", is_blends, true,
+         [](const std::string& name, const OpenOptions& options) {
+             return open_blends(name, options.grid);
+         }},
     Kind{"a directory of RGL .bsdf files (isotropic, RGB)",
          [](const std::string& name) { return is_rgl(name); }, true,
          [](const std::string& name, const OpenOptions& options) {
@@ -75,7 +80,7 @@ const std::array kKinds = {
 
 const Kind& kind_of(const std::string& name) {
     std::error_code none;
-    if (!name.empty() && name != kBuiltIn && !is_model(name) &&
+    if (!name.empty() && name != kBuiltIn && !is_model(name) && !is_blends(name) &&
         !std::filesystem::exists(name, none)) {
         throw InputError(
             fmt::format("{}: there is no such database; expected {}", name, database_help()));

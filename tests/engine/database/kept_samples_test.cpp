@@ -15,7 +15,10 @@ constexpr Grid kGrid = {.theta_h = 20, .theta_d = 30, .phi_d = 100};  // 60,000 
 /// A database of three materials that counts the voxels it computes.
 class Computed {
   public:
-    KeptSamples kept{kGrid, 3};
+    explicit Computed(KeptSamples::Order order = KeptSamples::Order::first)
+        : kept(kGrid, 3, order) {}
+
+    KeptSamples kept;
     std::atomic<std::uint64_t> computed = 0;
 
     /// Reads a range of a material, which has to be right.
@@ -62,9 +65,29 @@ TEST(KeptSamples, AreComputedOnceWhereThereIsRoom) {
     EXPECT_EQ(of.computed, 60'002U + 16'384U);
 }
 
+TEST(KeptSamples, TheLastOnesStayWhereRangesOfAllAreRead) {
+    constexpr std::uint64_t kChunk = 16'384;
+    Computed of(KeptSamples::Order::last);
+    EXPECT_EQ(of.kept.keep(3 * 24 * kChunk), 3 * 24 * kChunk);
+    for (std::uint64_t first = 0; first < 3 * kChunk; first += 1024) {
+        for (std::size_t material = 0; material < 3; ++material) {
+            of.read(material, {first, first + 1024});
+        }
+    }
+    EXPECT_EQ(of.computed, 9 * kChunk);  // nothing twice
+    of.read(2, {2 * kChunk, 3 * kChunk});
+    EXPECT_EQ(of.computed, 9 * kChunk);
+    of.read(0, {0, 1});  // was dropped
+    EXPECT_EQ(of.computed, 10 * kChunk);
+    of.read(0, {0, kChunk});
+    of.read(0, {59'999, 60'000});  // the last chunk is smaller
+    of.read(0, {59'998, 60'000});
+    EXPECT_EQ(of.computed, 10 * kChunk + 60'000 - 3 * kChunk);
+}
+
 TEST(KeptSamples, AreRightForAnyThreads) {
     for (const std::uint64_t bytes : {0U, 1'000'000U, 100'000'000U}) {
-        Computed of;
+        Computed of(bytes == 1'000'000 ? KeptSamples::Order::last : KeptSamples::Order::first);
         of.kept.keep(bytes);
         tbb::parallel_for(0, 100, [&](int i) {
             const auto first = static_cast<std::uint64_t>(i) * 598;
