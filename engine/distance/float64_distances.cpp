@@ -5,21 +5,29 @@
 #include <tbb/task_arena.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <functional>
+#include <iterator>
+#include <tuple>
+#include <utility>
 
 #include "engine/distance/float64_summary.h"
+#include "engine/distance/host/float64_difference.h"
 #include "engine/distance/parts/slab.h"
 
 namespace merl::engine {
 namespace {
 
-/// Blocks whose sums are held at a time, before they are added to the totals in order.
-constexpr std::uint64_t kBlocksAtATime = 256;
+/// Materials a side of a tile of pairs: one channel of a block of all of them stays in the
+/// second-level cache.
+constexpr std::uint32_t kTileSide = 16;
 
-/// Bytes of samples that one thread holds at a time: fewer files are opened, and they stay in
-/// cache.
-constexpr std::uint64_t kThreadBytes = 16ULL << 20U;
+/// Bytes of transformed samples that are made at a time, so that they come from a cache.
+constexpr std::uint64_t kSlabBytes = 32ULL << 20U;
+
+/// Pairs times blocks between two calls of `progress`: some tenths of a second.
+constexpr std::uint64_t kPairsAtATime = 1ULL << 18U;
 
 /// A sum of this or more has all its digits, whatever its terms lost below 2^-1022.
 constexpr double kSmallestSum = 0x1p-900;
@@ -28,15 +36,14 @@ constexpr double kSmallestSum = 0x1p-900;
 /// difference that there is, 2^-1074, is in range, and so are those of a sum below kSmallestSum.
 constexpr int kScaleExponent = 600;
 
-/// The materials of the pairs of all requests or parts, ascending.
-std::vector<std::uint32_t> materials_of(const auto& requests) {
+/// The materials of some pairs, ascending.
+std::vector<std::uint32_t> materials_of(const auto& pairs, const auto& pair_of) {
     std::vector<bool> there;
-    for (const auto& request : requests) {
-        for (const auto& [a, b] : request.pairs) {
-            there.resize(std::max<std::size_t>(there.size(), std::max(a, b) + std::size_t{1}));
-            there[a] = true;
-            there[b] = true;
-        }
+    for (const auto& pair : pairs) {
+        const auto [a, b] = pair_of(pair);
+        there.resize(std::max<std::size_t>(there.size(), std::max(a, b) + std::size_t{1}));
+        there[a] = true;
+        there[b] = true;
     }
     std::vector<std::uint32_t> materials;
     for (std::uint32_t material = 0; material < there.size(); ++material) {
@@ -47,191 +54,242 @@ std::vector<std::uint32_t> materials_of(const auto& requests) {
     return materials;
 }
 
+/// The sum of one pair over all blocks so far.
+struct PairSum {
+    std::uint32_t row;     // places in Part::materials
+    std::uint32_t column;  // not less
+    std::size_t place;     // of the pair among all that are asked for
+    double sum = 0;
+    double rest = 0;  // what was lost when blocks were added to it
+};
+
 /// Some of the pairs that are asked for, under one metric.
 struct Part {
     const Metric* metric;
-    double scale;                          // as Float64Request::scale
-    std::vector<MaterialPair> pairs;       // as places in Pass::materials
-    std::vector<std::uint32_t> materials;  // of these pairs, likewise
-    std::vector<std::size_t> places;       // of each pair among all that are asked for
+    double scale;                               // as Float64Request::scale
+    std::vector<std::uint32_t> materials = {};  // of these pairs, in the database, ascending
+    std::vector<PairSum> sums = {};             // tile after tile
+    std::vector<std::size_t> tiles = {};        // where in it each begins, and the end
+
+    // Of the slab that is summed.
+    std::vector<BlockWeights> weights = {};  // [block]
+    std::vector<BlockSamples> grid = {};     // [block][material], transformed
 };
 
 /// What is computed in one reading of some materials.
 struct Pass {
     std::vector<std::uint32_t> materials;  // of the database
     std::vector<Part> parts;
-    std::size_t pairs = 0;  // of all parts
-
-    /// How it is cut so that it stays within its memory.
-    std::uint64_t slab_blocks = 1;                    // that a thread reads at a time
-    std::uint64_t blocks_at_a_time = kBlocksAtATime;  // whose sums are held
+    std::size_t pairs = 0;          // of all parts
+    std::uint64_t slab_blocks = 1;  // that are read and transformed at a time
 };
 
-/// Half of the memory is for what the threads read, half for the sums of blocks.
+/// What bounds a pass.
 struct Budget {
     std::uint64_t memory_bytes;
     std::uint64_t threads;
+    std::uint64_t metrics;
 
-    /// Blocks of so many materials that each thread can read at a time.
-    std::uint64_t blocks(std::uint64_t materials) const {
-        const std::uint64_t bytes = memory_bytes / 2 / threads;
-        const std::uint64_t grid = materials * sizeof(BlockSamples);  // one block, transformed
-        return bytes <= grid
-                   ? 0
-                   : (bytes - grid) / (grid + kBlockVoxels * (sizeof(Voxel) + sizeof(VoxelRun)));
+    /// What a block of so many materials takes.
+    std::uint64_t block_bytes(std::uint64_t materials) const {
+        return metrics * (materials * sizeof(BlockSamples) + sizeof(BlockWeights)) +
+               threads * sizeof(BlockSamples) + kBlockVoxels * (sizeof(Voxel) + sizeof(VoxelRun));
     }
 
-    /// Blocks whose sums of so many pairs can be held.
-    std::uint64_t sums(std::uint64_t pairs) const {
-        return memory_bytes / 2 / sizeof(double) / std::max<std::uint64_t>(1, pairs);
-    }
+    bool has_room(std::uint64_t materials) const { return block_bytes(materials) <= memory_bytes; }
 
-    /// Whether every thread has something to do.
-    bool has_room(std::uint64_t materials, std::uint64_t pairs) const {
-        return blocks(materials) >= 1 && sums(pairs) >= threads;
+    std::uint64_t slab_blocks(std::uint64_t materials) const {
+        return std::max<std::uint64_t>(1,
+                                       std::min(memory_bytes, kSlabBytes) / block_bytes(materials));
     }
 };
+
+/// Sorts the pairs of a part into tiles, the pairs of a row within one after the other.
+void make_tiles(Part& part) {
+    const auto tile_of = [](const PairSum& pair) {
+        return std::pair(pair.row / kTileSide, pair.column / kTileSide);
+    };
+    std::ranges::sort(part.sums, {}, [&](const PairSum& pair) {
+        return std::tuple(tile_of(pair), pair.row, pair.column, pair.place);
+    });
+    for (std::size_t p = 0; p < part.sums.size(); ++p) {
+        if (p == 0 || tile_of(part.sums[p]) != tile_of(part.sums[p - 1])) {
+            part.tiles.push_back(p);
+        }
+    }
+    part.tiles.push_back(part.sums.size());
+}
 
 /// All that is asked for between two groups of materials, or within one.
 Pass make_pass(std::span<const Float64Request> requests, std::span<const std::uint32_t> one,
                std::span<const std::uint32_t> other, const Budget& budget) {
     const auto is_in = [](std::span<const std::uint32_t> group, std::uint32_t material) {
-        return std::ranges::binary_search(group, material);
+        return !group.empty() && group.front() <= material && material <= group.back();
     };
     Pass pass;
     std::size_t place = 0;
     for (const auto& request : requests) {
-        Part part = {request.metric, request.scale, {}, {}, {}};
+        Part part = {request.metric, request.scale};
         for (const auto& [a, b] : request.pairs) {
             if ((is_in(one, a) && is_in(other, b)) || (is_in(one, b) && is_in(other, a))) {
-                part.pairs.emplace_back(a, b);
-                part.places.push_back(place);
+                part.sums.push_back({std::min(a, b), std::max(a, b), place});
             }
             ++place;
         }
-        pass.pairs += part.pairs.size();
-        if (!part.pairs.empty()) {  // of a metric without a twin nothing is asked for
-            pass.parts.push_back(std::move(part));
+        if (part.sums.empty()) {  // of a metric without a twin nothing is asked for
+            continue;
         }
-    }
-    pass.materials = materials_of(pass.parts);
-    const auto in_pass = [&](std::uint32_t material) {
-        return static_cast<std::uint32_t>(std::ranges::lower_bound(pass.materials, material) -
-                                          pass.materials.begin());
-    };
-    for (auto& part : pass.parts) {
-        for (auto& [a, b] : part.pairs) {
-            a = in_pass(a);
-            b = in_pass(b);
+        part.materials = materials_of(
+            part.sums, [](const PairSum& pair) { return MaterialPair(pair.row, pair.column); });
+        const auto in_part = [&](std::uint32_t material) {
+            return static_cast<std::uint32_t>(std::ranges::lower_bound(part.materials, material) -
+                                              part.materials.begin());
+        };
+        for (auto& pair : part.sums) {
+            pair.row = in_part(pair.row);
+            pair.column = in_part(pair.column);
         }
-        part.materials = materials_of(std::span(&part, 1));
+        make_tiles(part);
+        pass.pairs += part.sums.size();
+        pass.parts.push_back(std::move(part));
     }
-    pass.blocks_at_a_time = std::clamp<std::uint64_t>(budget.sums(pass.pairs), 1, kBlocksAtATime);
-    const std::uint64_t most =
-        std::clamp<std::uint64_t>(pass.blocks_at_a_time / budget.threads, 1, 64);
-    pass.slab_blocks = std::clamp<std::uint64_t>(
-        std::min(
-            kThreadBytes / (sizeof(BlockSamples) * std::max<std::size_t>(1, pass.materials.size())),
-            budget.blocks(pass.materials.size())),
-        1, most);
+    for (const auto& part : pass.parts) {
+        std::vector<std::uint32_t> all;
+        std::ranges::set_union(pass.materials, part.materials, std::back_inserter(all));
+        pass.materials = std::move(all);
+    }
+    pass.slab_blocks = budget.slab_blocks(pass.materials.size());
     return pass;
 }
 
 /// The size of groups of which any two have room: that of all materials if they have, otherwise
-/// halved until it is small enough. 0 where there is no pair.
-std::size_t group_size(std::span<const Float64Request> requests, std::size_t materials,
-                       std::size_t pairs, const Budget& budget) {
-    if (budget.has_room(materials, pairs)) {
+/// halved until it is small enough.
+std::size_t group_size(std::size_t materials, const Budget& budget) {
+    if (budget.has_room(materials)) {
         return materials;
     }
-    const auto two_fit = [&](std::size_t size) {
-        return budget.has_room(2 * size, std::min(pairs, requests.size() * 2 * size * size));
-    };
     std::size_t size = (materials + 1) / 2;
-    while (size > 1 && !two_fit(size)) {
+    while (size > 1 && !budget.has_room(2 * size)) {
         size = (size + 1) / 2;
     }
     return size;
 }
 
-/// What a thread works with, kept from part to part: allocating it anew costs as much as the work.
-struct Workspace {
-    std::vector<std::vector<BlockSamples>> samples;  // per material of the pass, block by block
-    std::vector<BlockSamples> grid;                  // likewise: one block, transformed
-};
-
-/// One block's sums of all parts, one part after the other.
-using Sums = std::vector<double>;
-
-/// Sums of every part and pair over each block of a slab.
-void sum_slab(const Database& database, const Pass& pass, const Slab& slab, Workspace& work,
-              std::span<Sums> sums) {
+/// Reads and transforms the materials of a pass: each once, for all parts.
+void make_grids(const Database& database, const Slab& slab, Pass& pass) {
+    for (auto& part : pass.parts) {
+        part.weights.resize(slab.blocks());
+        part.grid.resize(slab.blocks() * part.materials.size());
+        for (std::uint64_t block = 0; block < slab.blocks(); ++block) {
+            weigh_block(*part.metric, slab, block, part.weights[block]);
+        }
+    }
     const VoxelRange file = {slab.runs.front().file_index,
                              slab.runs.back().file_index + slab.runs.back().length};
-    work.samples.resize(pass.materials.size());
-    work.grid.resize(pass.materials.size());
-    for (std::size_t m = 0; m < pass.materials.size(); ++m) {
-        work.samples[m].resize(slab.blocks());
-        read_blocks(database, pass.materials[m], file, slab.runs, work.samples[m]);
-    }
-    std::size_t at = 0;  // of the part in the sums of a block
-    auto& grid = work.grid;
-    for (const auto& part : pass.parts) {
-        const Metric& metric = *part.metric;
-        for (std::uint64_t block = 0; block < slab.blocks(); ++block) {
-            const auto of_block = slab.voxels_of_block(block);
-            BlockWeights weights = {};
-            weigh_block(metric, slab, block, weights);
-            for (const auto material : part.materials) {
-                metric.twin.transform(metric.parameters, of_block, work.samples[material][block],
-                                      grid[material]);
+    tbb::enumerable_thread_specific<std::vector<BlockSamples>> read;
+    tbb::parallel_for(std::size_t{0}, pass.materials.size(), [&](std::size_t m) {
+        auto& samples = read.local();
+        samples.resize(slab.blocks());
+        read_blocks(database, pass.materials[m], file, slab.runs, samples);
+        for (auto& part : pass.parts) {
+            const auto found = std::ranges::lower_bound(part.materials, pass.materials[m]);
+            if (found == part.materials.end() || *found != pass.materials[m]) {
+                continue;
+            }
+            const auto material = static_cast<std::size_t>(found - part.materials.begin());
+            for (std::uint64_t block = 0; block < slab.blocks(); ++block) {
+                auto& transformed = part.grid[block * part.materials.size() + material];
+                part.metric->twin.transform(part.metric->parameters, slab.voxels_of_block(block),
+                                            samples[block], transformed);
                 if (part.scale != 1) {
-                    for (auto& channel : grid[material]) {
+                    for (auto& channel : transformed) {
                         std::ranges::transform(channel, channel.begin(),
                                                [&](double sample) { return sample * part.scale; });
                     }
                 }
             }
-            for (std::size_t p = 0; p < part.pairs.size(); ++p) {
-                const auto [a, b] = part.pairs[p];
-                sums[block][at + p] = metric.twin.sum(metric.parameters, grid[a], grid[b], weights);
-            }
         }
-        at += part.pairs.size();
+    });
+}
+
+/// sum + more, and what that loses to the rest (Knuth's two-sum).
+void add_compensated(PairSum& pair, double more) {
+    const double sum = pair.sum + more;
+    const double added = sum - pair.sum;
+    pair.rest += (pair.sum - (sum - added)) + (more - added);
+    pair.sum = sum;
+}
+
+/// Adds one channel of a block to the sums of a tile: of each row the columns that are asked for,
+/// some at a time.
+void add_channel(const Part& part, std::size_t channel, const BlockSamples* grid,
+                 const BlockWeights& weights, std::span<PairSum> tile) {
+    std::array<const ChannelSamples*, kFloat64Columns> columns = {};
+    std::array<double, kFloat64Columns> sums = {};
+    for (std::size_t first = 0; first < tile.size();) {
+        const auto row = tile[first].row;
+        std::size_t count = 0;
+        for (; count < columns.size() && first + count < tile.size() &&
+               tile[first + count].row == row;
+             ++count) {
+            columns[count] = &grid[tile[first + count].column][channel];
+        }
+        sum_float64_differences(part.metric->header.degree, grid[row][channel],
+                                std::span(columns).first(count), weights, sums);
+        for (std::size_t i = 0; i < count; ++i) {
+            add_compensated(tile[first + i], sums[i]);
+        }
+        first += count;
+    }
+}
+
+/// Adds all blocks of the slab to the sums of a tile, in their order.
+void add_tile(Part& part, std::size_t tile) {
+    const auto sums =
+        std::span(part.sums).subspan(part.tiles[tile], part.tiles[tile + 1] - part.tiles[tile]);
+    for (std::size_t block = 0; block < part.weights.size(); ++block) {
+        const auto* const grid = &part.grid[block * part.materials.size()];
+        const auto& weights = part.weights[block];
+        if (part.metric->header.degree > 0) {
+            for (std::size_t channel = 0; channel < 3; ++channel) {
+                add_channel(part, channel, grid, weights, sums);
+            }
+            continue;
+        }
+        for (auto& pair : sums) {  // as twin_metric.cpp adds them
+            pair.sum += part.metric->twin.sum(part.metric->parameters, grid[pair.row],
+                                              grid[pair.column], weights);
+        }
     }
 }
 
 /// Puts the sums of a pass over all voxels into their places in `totals`. `progress` is called with
 /// the share of the pass that is done.
-void sum_pass(const Database& database, const Domain& domain, const VoxelList& list,
-              const Pass& pass, std::vector<double>& totals,
-              const std::function<void(double)>& progress) {
-    const std::uint64_t blocks = block_count(list.size());
-    Sums of_pass(pass.pairs);
-    std::vector<Sums> sums(std::min(pass.blocks_at_a_time, blocks), Sums(pass.pairs));
-    tbb::enumerable_thread_specific<Workspace> workspaces;
-    for (std::uint64_t first = 0; first < blocks; first += sums.size()) {
-        const std::uint64_t count = std::min<std::uint64_t>(sums.size(), blocks - first);
-        const std::uint64_t slabs = (count + pass.slab_blocks - 1) / pass.slab_blocks;
-        tbb::parallel_for(std::uint64_t{0}, slabs, [&](std::uint64_t i) {
-            const std::uint64_t first_block = i * pass.slab_blocks;
-            const std::uint64_t size = std::min(pass.slab_blocks, count - first_block);
-            const std::uint64_t position = (first + first_block) * kBlockVoxels;
-            const Slab slab(domain, list, position,
-                            std::min(position + size * kBlockVoxels, list.size()));
-            sum_slab(database, pass, slab, workspaces.local(),
-                     std::span(sums).subspan(first_block, size));
-        });
-        for (std::uint64_t i = 0; i < count; ++i) {
-            std::transform(of_pass.begin(), of_pass.end(), sums[i].begin(), of_pass.begin(),
-                           std::plus<>());
+void sum_pass(const Database& database, const Domain& domain, const VoxelList& list, Pass& pass,
+              std::vector<double>& totals, const std::function<void(double)>& progress) {
+    const std::uint64_t slab_voxels = pass.slab_blocks * kBlockVoxels;
+    const double all =
+        static_cast<double>(pass.pairs) * static_cast<double>(block_count(list.size()));
+    double done = 0;
+    for (std::uint64_t first = 0; first < list.size(); first += slab_voxels) {
+        const Slab slab(domain, list, first, std::min(first + slab_voxels, list.size()));
+        make_grids(database, slab, pass);
+        for (auto& part : pass.parts) {
+            for (std::size_t tile = 0; tile + 1 < part.tiles.size();) {
+                const std::size_t begin = tile;
+                std::uint64_t work = 0;
+                for (; tile + 1 < part.tiles.size() && work < kPairsAtATime; ++tile) {
+                    work += slab.blocks() * (part.tiles[tile + 1] - part.tiles[tile]);
+                }
+                tbb::parallel_for(begin, tile, [&](std::size_t t) { add_tile(part, t); });
+                done += static_cast<double>(work);
+                progress(done / all);
+            }
         }
-        progress(static_cast<double>(first + count) / static_cast<double>(blocks));
     }
-    auto sum = of_pass.begin();
     for (const auto& part : pass.parts) {
-        for (const auto place : part.places) {
-            totals[place] = *sum++;
+        for (const auto& pair : part.sums) {
+            totals[pair.place] = pair.sum + pair.rest;
         }
     }
 }
@@ -280,15 +338,19 @@ std::vector<std::vector<double>> float64_distances(const Database& database,
                                                    std::uint64_t memory_bytes) {
     const Domain domain(database.grid());
     const VoxelList list(domain, set);
-    const auto materials = materials_of(requests);
-    std::size_t pair_count = 0;
+    std::vector<MaterialPair> pairs;
+    std::uint64_t metrics = 0;
     for (const auto& request : requests) {
-        pair_count += request.pairs.size();
+        pairs.insert(pairs.end(), request.pairs.begin(), request.pairs.end());
+        metrics += request.pairs.empty() ? 0 : 1;
     }
+    const std::size_t pair_count = pairs.size();
+    const auto materials = materials_of(pairs, std::identity());
     const Budget budget = {
         .memory_bytes = memory_bytes - database.keep(memory_bytes / 2),
-        .threads = static_cast<std::uint64_t>(tbb::this_task_arena::max_concurrency())};
-    const std::size_t size = group_size(requests, materials.size(), pair_count, budget);
+        .threads = static_cast<std::uint64_t>(tbb::this_task_arena::max_concurrency()),
+        .metrics = metrics};
+    const std::size_t size = group_size(materials.size(), budget);
     const auto group = [&](std::size_t first) {
         return std::span(materials).subspan(first, std::min(size, materials.size() - first));
     };
@@ -297,7 +359,7 @@ std::vector<std::vector<double>> float64_distances(const Database& database,
     std::size_t done = 0;  // pairs
     for (std::size_t i = 0; i < materials.size(); i += size) {
         for (std::size_t j = i; j < materials.size(); j += size) {
-            const Pass pass = make_pass(requests, group(i), group(j), budget);
+            Pass pass = make_pass(requests, group(i), group(j), budget);
             if (pass.pairs == 0) {
                 continue;
             }

@@ -22,15 +22,16 @@ struct Float64Request {
 };
 
 /// E of Ryman 2018, equation 4.20, for each request and pair, in float64 on the CPU, from the
-/// metric's own file and the database's float64 samples (negative numbers count as zero). Where a
-/// sum falls below the range of float64, as squares of differences below 1e-154 do, it is computed
-/// again with scaled samples. Deterministic: sums run over blocks of kBlockVoxels voxels, then over
-/// blocks, whatever the number of threads, whichever other pairs are asked for and however little
-/// memory there is. `progress` is called between pieces of work with the share done and may throw.
+/// metric's own file and the database's float64 samples (negative numbers count as zero): within
+/// 1e-14 of itself under a metric with a degree (docs/numerics.md). Where a sum falls below the
+/// range of float64, as squares of differences below 1e-154 do, it is computed again with scaled
+/// samples. The same bits on every processor, whatever the number of threads, whichever other pairs
+/// are asked for, in whichever order the two materials are, and however little memory there is.
+/// `progress` is called between pieces of work with the share done and may throw.
 ///
-/// Samples and sums of blocks stay within `memory_bytes`, but a thread needs a quarter of a MiB;
-/// beside them each pair takes 32 bytes. Every material is read once where all have room, otherwise
-/// once with every group of others.
+/// Transformed samples stay within `memory_bytes`, but those of two materials, and of what each
+/// thread reads, a quarter of a MiB, are always there; beside them each pair takes 48 bytes. Every
+/// material is read once where all have room, otherwise once with every group of others.
 std::vector<std::vector<double>> float64_distances(const Database& database,
                                                    std::span<const Float64Request> requests,
                                                    VoxelSet set = VoxelSet::above_horizon,

@@ -36,6 +36,7 @@ void require(bool right, const std::string& what);
 void add_reading();
 void add_distances();
 void add_scale();
+void add_exact();
 void add_scan();
 void add_peers();
 

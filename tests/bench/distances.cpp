@@ -62,13 +62,6 @@ void time_distances(benchmark::State& state, const std::string& name, Engines& e
     state.counters["slabs_MiB"] = static_cast<double>(bytes) / 0x1p20;
 }
 
-/// The grid of MERL with fewer steps along each angle.
-Grid coarse_grid(std::uint32_t divisor) {
-    const Grid merl;
-    divisor = settings().check ? 10 : divisor;
-    return {merl.theta_h / divisor, merl.theta_d / divisor, merl.phi_d / divisor};
-}
-
 /// Computes within a budget that nothing but small slabs keeps, on the host and in shaders.
 void check_memory(const Database& database) {
     constexpr std::uint64_t kBudget = 48ULL << 20U;
@@ -84,14 +77,14 @@ void check_memory(const Database& database) {
 
 void time_scale(benchmark::State& state, const std::string& name, std::size_t materials) {
     check_once("memory of " + name, [&] {
-        check_memory(BlendedDatabase(*open_model("abc", coarse_grid(5)), materials));
+        check_memory(*coarse_blends(materials, 5));
         return 0;
     });
     // More voxels for few materials: the work of the pairs should be more than what surrounds it.
     const std::uint32_t divisor = materials <= 100 ? 2 : 3;
-    const BlendedDatabase database(*open_model("abc", coarse_grid(divisor)), materials);
     Engines own;
-    time_distances(state, name, own, database, two_metrics(), two_metrics());
+    time_distances(state, name, own, *coarse_blends(materials, divisor), two_metrics(),
+                   two_metrics());
     const double budget = static_cast<double>(DistanceOptions().memory_bytes) / 0x1p20;
     require(state.counters["slabs_MiB"] <= budget,
             fmt::format("{} materials: slabs of more than {} MiB", materials, budget));

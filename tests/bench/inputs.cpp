@@ -1,13 +1,13 @@
 #include "tests/bench/inputs.h"
 
 #include <fmt/format.h>
-#include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <cmath>
 #include <random>
 
 #include "app/pipeline/refine.h"
+#include "engine/database/blends_database.h"
 #include "engine/database/merl_directory.h"
 #include "engine/database/model_database.h"
 #include "engine/distance/float64_distances.h"
@@ -39,8 +39,7 @@ engine::Engines& shader_engines() {
 const Database& database() {
     static const std::unique_ptr<Database> database = []() -> std::unique_ptr<Database> {
         if (settings().check) {
-            return std::make_unique<BlendedDatabase>(
-                *engine::open_model("abc", {.theta_h = 18, .theta_d = 18, .phi_d = 36}), 30);
+            return engine::open_blends("blends:30", {.theta_h = 18, .theta_d = 18, .phi_d = 36});
         }
         return settings().database.empty() ? engine::open_model("abc")
                                            : engine::open_merl_directory(settings().database);
@@ -132,36 +131,14 @@ double check_distances(const Database& database, std::span<const Metric* const> 
     return largest;
 }
 
-BlendedDatabase::BlendedDatabase(const Database& original, std::size_t materials)
-    : Database(fmt::format("{} materials from {}", materials, original.name()), "blended"),
-      samples_(original.materials().size()) {
-    grid_ = original.grid();
-    const std::size_t available = samples_.size();
-    tbb::parallel_for(std::size_t{0}, available, [&](std::size_t m) {
-        samples_[m].resize(3 * grid_.voxels());
-        original.read(m, {0, grid_.voxels()}, samples_[m]);
-    });
-    for (std::size_t m = 0; m < materials; ++m) {
-        materials_.push_back(fmt::format("blend-{:05}", m));
-        const std::size_t a = materials < available ? m * available / materials : m % available;
-        blends_.push_back({a, (a + m / available) % available});
-    }
+engine::Grid coarse_grid(std::uint32_t divisor) {
+    const engine::Grid merl;
+    divisor = settings().check ? 10 : divisor;
+    return {merl.theta_h / divisor, merl.theta_d / divisor, merl.phi_d / divisor};
 }
 
-void BlendedDatabase::read(std::size_t material, engine::VoxelRange range,
-                           std::span<double> samples, const engine::SampleSink& sink) const {
-    const auto [a, b] = blends_.at(material);
-    for (std::size_t channel = 0; channel < 3; ++channel) {
-        const auto plane = samples.subspan(channel * range.size(), range.size());
-        const double* const of_a = samples_[a].data() + channel * grid_.voxels() + range.first;
-        const double* const of_b = samples_[b].data() + channel * grid_.voxels() + range.first;
-        for (std::size_t i = 0; i < plane.size(); ++i) {
-            plane[i] = 0.5 * (of_a[i] + of_b[i]);
-        }
-        if (sink) {
-            sink(channel, std::as_bytes(plane));
-        }
-    }
+std::unique_ptr<Database> coarse_blends(std::size_t materials, std::uint32_t divisor) {
+    return engine::open_blends(fmt::format("blends:{}", materials), coarse_grid(divisor));
 }
 
 }  // namespace merl::bench

@@ -46,20 +46,11 @@ double check_distances(const engine::Database& database,
                        const engine::PairList& pairs,
                        std::span<const engine::MetricDistances> distances);
 
-/// `materials` materials from the samples of another database, which it keeps in memory: every
-/// n-th of them where there are enough, else those and blends of two of them.
-class BlendedDatabase final : public engine::Database {
-  public:
-    BlendedDatabase(const engine::Database& original, std::size_t materials);
-    void read(std::size_t material, engine::VoxelRange range, std::span<double> samples,
-              const engine::SampleSink& sink) const override;
+/// The built-in materials and blends of them (blends_database.h), with `divisor` times fewer steps
+/// of MERL's grid along each angle; ten times for --check.
+std::unique_ptr<engine::Database> coarse_blends(std::size_t materials, std::uint32_t divisor);
 
-  private:
-    struct Blend {
-        std::size_t a, b;
-    };
-    std::vector<std::vector<double>> samples_;  // of the original: [material][channel][voxel]
-    std::vector<Blend> blends_;
-};
+/// The grid of that.
+engine::Grid coarse_grid(std::uint32_t divisor);
 
 }  // namespace merl::bench

@@ -57,6 +57,7 @@ int run(int argc, char** argv) {
     add_reading();
     add_distances();
     add_scale();
+    add_exact();
     add_scan();
     add_peers();
     if (benchmark::RunSpecifiedBenchmarks() == 0) {

@@ -5,8 +5,11 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <vector>
 
+#include "engine/distance/parts/block_reader.h"
+#include "engine/distance/parts/slab.h"
 #include "tests/engine/support.h"
 
 namespace merl::engine {
@@ -55,6 +58,93 @@ TEST(Reference, ProgressGoesFromNothingToAllHoweverOftenMaterialsAreRead) {
         EXPECT_TRUE(std::is_sorted(shares.begin(), shares.end()));
         EXPECT_GT(shares.front(), 0);
         EXPECT_DOUBLE_EQ(shares.back(), 1);
+    }
+}
+
+/// E of two materials in long double, from the twin's transformed samples and weights.
+long double plain_distance(const Database& database, const Metric& metric, std::uint32_t a,
+                           std::uint32_t b) {
+    const Domain domain(database.grid());
+    const VoxelList list(domain, VoxelSet::above_horizon);
+    const Slab slab(domain, list, 0, list.size());
+    std::array<std::vector<BlockSamples>, 2> samples;
+    for (std::size_t i = 0; i < 2; ++i) {
+        samples[i].resize(slab.blocks());
+        read_blocks(database, i == 0 ? a : b, {0, database.grid().voxels()}, slab.runs, samples[i]);
+    }
+    const auto degree = static_cast<long double>(metric.header.degree);
+    long double sum = 0;
+    for (std::uint64_t block = 0; block < slab.blocks(); ++block) {
+        BlockWeights weights = {};
+        weigh_block(metric, slab, block, weights);
+        std::array<BlockSamples, 2> of;
+        for (std::size_t i = 0; i < 2; ++i) {
+            metric.twin.transform(metric.parameters, slab.voxels_of_block(block), samples[i][block],
+                                  of[i]);
+        }
+        for (std::size_t channel = 0; channel < 3; ++channel) {
+            for (std::size_t k = 0; k < kBlockVoxels; ++k) {
+                const long double d = std::abs(static_cast<long double>(of[0][channel][k]) -
+                                               static_cast<long double>(of[1][channel][k]));
+                const long double root = std::cbrt(d);
+                sum += static_cast<long double>(weights[k]) * (degree < 1    ? root * root
+                                                               : degree == 1 ? d
+                                                                             : d * d);
+            }
+        }
+    }
+    return std::sqrt(sum / static_cast<long double>(database.grid().voxels()));
+}
+
+/// Near-equal blends, weights 1e-12 to 1e-16 apart, beside others, copies, and tiny ones.
+TEST(Reference, ErrorIsBelowTenToTheMinusFourteen) {
+    const Grid grid = {.theta_h = 9, .theta_d = 10, .phi_d = 40};
+    constexpr std::array kWeights = {0.0, 1e-16, 1e-15, 1e-14, 1e-13, 1e-12, 0.25, 0.25, 1.0};
+    const test::FunctionDatabase database(
+        grid, kWeights.size() + 2, [&](std::size_t m, std::uint64_t voxel, std::size_t channel) {
+            const double a = test::random_sample(0, voxel, channel);
+            const double b = test::random_sample(1, voxel, channel);
+            const double w = m < kWeights.size() ? kWeights[m] : 0.5;
+            const double blend = std::abs(a) + w * (std::abs(b) - std::abs(a));
+            return m < kWeights.size() ? blend : std::ldexp(blend, m == kWeights.size() ? -60 : 20);
+        });
+    std::size_t with_degree = 0;
+    for (const auto& metric : metrics()) {
+        if (metric.is_summary() || metric.header.degree == 0) {
+            continue;
+        }
+        ++with_degree;
+        std::vector<MaterialPair> pairs;
+        for (std::uint32_t a = 0; a < database.materials().size(); ++a) {
+            for (std::uint32_t b = a + 1; b < database.materials().size(); ++b) {
+                pairs.emplace_back(a, b);
+            }
+        }
+        const auto found = float64_distances(database, metric, pairs);
+        for (std::size_t p = 0; p < pairs.size(); ++p) {
+            const auto exact = plain_distance(database, metric, pairs[p].first, pairs[p].second);
+            EXPECT_LE(std::abs(found[p] - exact), 1e-14L * exact)
+                << metric.name << ' ' << pairs[p].first << ' ' << pairs[p].second;
+        }
+    }
+    EXPECT_GE(with_degree, 5U);
+}
+
+TEST(Reference, DoesNotDependOnTheOtherPairs) {
+    const test::FunctionDatabase database({.theta_h = 9, .theta_d = 10, .phi_d = 40}, 40,
+                                          test::random_sample);
+    for (const auto* name : {"cwcbrt", "pawcielab"}) {
+        std::vector<MaterialPair> all;
+        for (std::uint32_t a = 0; a < 40; ++a) {
+            for (std::uint32_t b = a + 1; b < 40; ++b) {
+                all.emplace_back(a, b);
+            }
+        }
+        const auto together = float64_distances(database, find_metric(name), all);
+        for (std::size_t p = 0; p < all.size(); p += 37) {
+            const MaterialPair one[] = {{all[p].second, all[p].first}};
+            EXPECT_EQ(float64_distances(database, find_metric(name), one).front(), together[p]);
+        }
     }
 }
 
