@@ -77,6 +77,7 @@ std::string summary_json(const ScanCommandOptions& options, const Outcome& o) {
                      {"refined_distances",
                       {{as_utf8(d.first_metric), o.result.refined.first},
                        {as_utf8(d.second_metric), o.result.refined.second}}},
+                     {"refined_by", refined_by_json(o.distances.provenance)},
                      {"strongest_disagreement", strongest},
                      {"selection", selection_json(o.result.selection)},
                      {"disagreements_written", o.result.disagreements.size()},
@@ -146,9 +147,11 @@ void print_summary(const ScanCommandOptions& options, const Outcome& o) {
 pipeline::ScanResult compute(const ScanCommandOptions& options, ObtainedDistances& obtained,
                              const pipeline::Control& control) {
     try {
+        auto of_pipeline = options.of_pipeline();
+        of_pipeline.engines = obtained.engines.get();
         return pipeline::scan_distances(std::exchange(obtained.distances.table, {}),
-                                        obtained.database.get(), obtained.metrics,
-                                        options.of_pipeline(), control);
+                                        obtained.database.get(), obtained.metrics, of_pipeline,
+                                        control);
     } catch (const pipeline::TooManyDisagreements& error) {
         throw Error(
             Fault::usage,

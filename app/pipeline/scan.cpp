@@ -55,8 +55,8 @@ ScanResult scan_distances(scan::DistanceTable table, const engine::Database* dat
     result.undecided = scan::count_undecided(distances);
     const auto both = metrics.first(std::min<std::size_t>(metrics.size(), 2));
     result.exact = !options.fast && (database != nullptr || result.undecided == 0) &&
-                   std::ranges::all_of(both, [](const engine::Metric* metric) {
-                       return metric->has_twin() || metric->is_summary();
+                   std::ranges::all_of(both, [&](const engine::Metric* metric) {
+                       return can_be_exact(*metric, options.engines);
                    });
     result.left_open = result.undecided;
     for (const auto* metric : both) {
@@ -68,7 +68,7 @@ ScanResult scan_distances(scan::DistanceTable table, const engine::Database* dat
         // The strongest disagreement is shown, so at least one is selected.
         result.refined = refine(distances, *database, {metrics[0], metrics[1]},
                                 std::max(1U, options.select), std::max(1U, options.per_material),
-                                options.memory_bytes, control.stage("refining"));
+                                options.memory_bytes, control.stage("refining"), options.engines);
         result.left_open = scan::count_undecided(distances);
         result.exact = result.left_open == 0;
     }

@@ -25,6 +25,7 @@ struct ScanOptions {
                                                  // of them, which may be millions
     bool fast = false;                           // do not refine
     std::uint64_t memory_bytes = 1ULL << 30U;    // for refining
+    engine::Engines* engines = nullptr;          // which refine metrics without a twin
 };
 
 /// Wall-clock seconds of the stages, which follow each other.
