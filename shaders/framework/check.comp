@@ -132,11 +132,12 @@ bool differs_from_itself(vec4 a) {
 }
 
 // Looks at a material against some that follow each other in a block. The place of the first that is wrong,
-// 65536 column + texel; and in the first of them, where a sample differs from itself.
+// 65536 column + texel; and in the first of them, where a sample differs from itself. What is wrong is found
+// out in a second loop, which hardly ever begins: lavapipe skips no branch.
 uint look(uint first, uint second_from, uint columns, uint block, bool looks_at_same) {
     uint from = block * padded_materials;
-    uint worst = kNothing;
     uint same = kNothing;
+    uint doubts = 0;
     for (uint texel = gl_LocalInvocationID.x; texel < kBlockTexels; texel += gl_WorkGroupSize.x) {
         vec4 a = texelFetch(grid, int((from + first) * kBlockTexels + texel));
 #ifndef DEGREE_NUMERATOR
@@ -156,12 +157,29 @@ uint look(uint first, uint second_from, uint columns, uint block, bool looks_at_
             if (looks_at_same && differs_from_itself(b)) {
                 same = min(same, block * kBlockVoxels + texel);
             }
-            if (suspicious(block, texel, a, b)) {
-                uint scalar;
-                float there, back;
-                uint at = 65536 * column + texel;
-                worst = at < worst && offence(block, texel, a, b, scalar, there, back) != kFine ? at : worst;
+            doubts |= suspicious(block, texel, a, b) ? 1 : 0;
+        }
+    }
+    uint worst = kNothing;
+    bool again = subgroupMax(doubts) != 0;
+    guard_loops = 0;  // so that a loop that has no end is found where it is
+    for (uint texel = gl_LocalInvocationID.x; again && texel < kBlockTexels; texel += gl_WorkGroupSize.x) {
+        vec4 a = texelFetch(grid, int((from + first) * kBlockTexels + texel));
+#ifndef DEGREE_NUMERATOR
+        if (a.w == 0.0) {
+            continue;
+        }
+#endif
+        for (uint column = 0; column < columns; ++column) {
+            uint second = second_from + column;
+            if (second <= first || second >= materials) {
+                continue;
             }
+            vec4 b = texelFetch(grid, int((from + second) * kBlockTexels + texel));
+            uint scalar;
+            float there, back;
+            uint at = 65536 * column + texel;
+            worst = at < worst && offence(block, texel, a, b, scalar, there, back) != kFine ? at : worst;
         }
     }
     same = subgroupMin(same);

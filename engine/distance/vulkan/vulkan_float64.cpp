@@ -280,15 +280,17 @@ class Work {
             for (auto& part : parts) {
                 for (std::size_t p = 0; p < part.pairs.size(); p += at_a_time) {
                     const auto size = std::min<std::size_t>(at_a_time, part.pairs.size() - p);
-                    const double of_slab =
-                        static_cast<double>(parts_done) / static_cast<double>(count);
-                    sum(part, p, size, slab, slab_blocks, buffers, !is_there, [&] {
+                    const auto report_slab = [&] {
+                        const double of_slab =
+                            static_cast<double>(parts_done) / static_cast<double>(count);
                         report((static_cast<double>(first) +
                                 of_slab * static_cast<double>(slab.blocks())) /
                                static_cast<double>(blocks) * static_cast<double>(count));
-                    });
+                    };
+                    sum(part, p, size, slab, slab_blocks, buffers, !is_there, report_slab);
                     is_there = true;
                     parts_done += size;
+                    report_slab();
                 }
             }
         }

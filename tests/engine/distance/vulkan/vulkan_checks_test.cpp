@@ -1,3 +1,4 @@
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cstdint>
@@ -113,13 +114,13 @@ TEST(Checks, OfASampleAndAWeight) {
 TEST(Checks, OfEveryPair) {
     for (std::size_t i = 0; i + 1 < kMaterials; i += 3) {
         for (std::size_t j = i + 1; j < kMaterials; j += 5) {
-            const auto is_pair = [&](int factor, const std::string& low, const std::string& high) {
-                return "(" + low + " == " + std::to_string(factor * (i + 1)) + ".0 && " + high +
-                       " == " + std::to_string(factor * (j + 1)) + ".0)";
+            const auto is_pair = [&](std::size_t factor, const char* low, const char* high) {
+                return fmt::format("({} == {}.0 && {} == {}.0)", low, factor * (i + 1), high,
+                                   factor * (j + 1));
             };
-            const auto both = [&](int factor) {
-                return "(" + is_pair(factor, "a.x", "b.x") + " || " +
-                       is_pair(factor, "b.x", "a.x") + ")";
+            const auto both = [&](std::size_t factor) {
+                return fmt::format("({} || {})", is_pair(factor, "a.x", "b.x"),
+                                   is_pair(factor, "b.x", "a.x"));
             };
             test::expect_refused(
                 [&] { compute(of_two("return " + both(100) + " ? -2.0 : distance(a, b);")); },
