@@ -46,18 +46,18 @@ std::string of_two(const std::string& difference) {
 TEST(Checks, OfWhatADegreePromises) {
     for (const char* good :
          {"return d * d;", "return pow(abs(d), 2.0);", "return dot(vec2(d, 0.0), vec2(d, 0.0));",
-          "float s = 0.0; for (int i = 0; i < 100; ++i) { s += 0.01 * d * d; } return s;"}) {
+          "float s = 0.0; for (int i = 0; i < 20; ++i) { s += 0.05 * d * d; } return s;"}) {
         EXPECT_NO_THROW(compute(with_degree("2", good))) << good;
     }
     EXPECT_NO_THROW(compute(with_degree("1", "return abs(d);")));
     EXPECT_NO_THROW(compute(with_degree("2/3", "return pow(d * d, 1.0 / 3.0);")));
     // Numbers far from those that occur here, at which results would be others than it says.
     const std::vector<std::pair<std::string, std::string>> bad = {
-        {"return d > 1e9 ? d : d * d;", "promises |d|^2"},
+        {"return d > 1e9 ? d : d * d;", "one way"},
         {"return d < -1e9 ? 0.0 : d * d;", "one way"},
         {"return abs(d) < 1e-9 ? 0.0 : d * d;", "promises |d|^2"},
         {"return abs(d) > 1e10 ? -d * d : d * d;", "expected zero or more"},
-        {"return abs(d) > 1e10 ? sqrt(-1.0 - d * d) : d * d;", "is nan"},
+        {"return abs(d) > 1e10 ? sqrt(-1.0 - d * d) : d * d;", "nan: expected"},
         {"return d == 0.0 ? 1.0 : d * d;", "difference(0) is 1"},
         {"return d * d * (1.0 + 3e-4);", "promises |d|^2"},
         {"return d * d + (abs(d) > 1e6 ? float(1 << (32 + int(d * 0.0))) : 0.0);", "shifts by"},
