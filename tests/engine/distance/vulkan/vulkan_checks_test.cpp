@@ -130,7 +130,7 @@ TEST(Checks, OfEveryPair) {
                     compute(
                         of_two("return " + both(100) + " ? sqrt(-a.x * b.x) : distance(a, b);"));
                 },
-                "is nan");
+                "nan: expected");
             test::expect_refused(
                 [&] {
                     compute(of_two("return a.x + b.x > 0.0 && " + both(1) +
