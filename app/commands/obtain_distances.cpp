@@ -63,6 +63,7 @@ Obtained<Distances> compute(const DistanceOptions& options, const MetricNeeds& n
     with_memory_advice([&] {
         result.distances = compute_them(*opened.engines, *result.database, result.metrics);
     });
+    result.engines = std::move(opened.engines);
     result.distances.provenance.left_out = std::move(left_out);
     return result;
 }

@@ -89,6 +89,7 @@ struct Obtained {
     std::unique_ptr<engine::Database> database;
     std::vector<engine::Metric> opened;
     std::vector<const engine::Metric*> metrics;  // those opened, in order
+    std::unique_ptr<engine::Engines> engines;
 };
 using ObtainedDistances = Obtained<pipeline::PairDistances>;
 using ObtainedListedDistances = Obtained<pipeline::ListedPairDistances>;

@@ -81,6 +81,7 @@ std::string summary_json(const ScanCommandOptions& options, const Outcome& o) {
         {"refined_distances",
          {{as_utf8(d.first_metric), o.result.refined.first},
           {as_utf8(d.second_metric), o.result.refined.second}}},
+        {"refined_by", refined_by_json(o.distances.provenance)},
         {"strongest_disagreement", strongest},
         {"selection", selection_json(o.result.selection)},
         {"disagreements_written", o.result.disagreements.size()},
@@ -171,6 +172,7 @@ void print_summary(const ScanCommandOptions& options, const Outcome& o) {
 pipeline::ScanResult compute(const ScanCommandOptions& options, ObtainedDistances& obtained,
                              const pipeline::Control& control) {
     auto scan_options = options.of_pipeline();
+    scan_options.engines = obtained.engines.get();
     auto followed = control;
     // Of what is read nothing is refined.
     RefiningNotice notice(obtained.database ? obtained.database->grid().voxels() : 1,

@@ -192,6 +192,7 @@ std::string summary_json(const ScanCommandOptions& options, const Outcome& o) {
         {"undecided_in_float32", o.result.undecided},
         {"undecided", {{"configurations", o.result.left_open.configurations}, {"listed", open}}},
         {"refined_distances", refined},
+        {"refined_by", refined_by_json(o.provenance)},
         {"strongest_disagreement", strongest},
         {"selection", selection_json(o.result.selection)},
         {"disagreements_written", o.result.disagreements.size()},
@@ -537,9 +538,11 @@ int run_reference_scan(const ScanCommandOptions& options) {
         control);
     o.provenance = std::move(obtained.distances.provenance);
     o.materials = obtained.distances.table.names.size();
+    auto of_pipeline = options.of_pipeline();
+    of_pipeline.engines = obtained.engines.get();
     o.result = pipeline::scan_reference(std::move(obtained.distances.table),
                                         std::move(approximations), obtained.database.get(),
-                                        obtained.metrics, options.of_pipeline(), control);
+                                        obtained.metrics, of_pipeline, control);
     if (obtained.database) {
         render(options, *obtained.database, device, control, o);
     } else {

@@ -77,11 +77,13 @@ ordered_json intervals_json(const scan::ScoreClusters& clusters) {
 
 std::string summary_json(const ScoreOptions& options, const Outcome& o) {
     const auto described = metrics_json(o.provenance());
+    const auto refined_by = refined_by_json(o.provenance());
     ordered_json metrics = ordered_json::array();
     for (std::size_t m = 0; m < o.result.score.metrics.size(); ++m) {
         metrics.push_back(described[m]);
         metrics.back().update(metric_json(o.result.score.metrics[m]));
         metrics.back()["refined_distances"] = o.result.refined.empty() ? 0 : o.result.refined[m];
+        metrics.back()["refined_by"] = refined_by[as_utf8(o.provenance().metrics[m].name)];
     }
     ordered_json json = program_json();
     json["judgements"] = judgements_json(o.judgements, o.result.judgements);
@@ -308,7 +310,8 @@ int score_judgements(const ScoreOptions& options) {
     warn_of_fitted(options, o);
     o.result = pipeline::score_distances(o.obtained.distances.table, o.judgements.file,
                                          o.obtained.database.get(), o.obtained.metrics,
-                                         options.distances.memory, control);
+                                         options.distances.memory, control,
+                                         o.obtained.engines.get());
     for (std::size_t m = 0; m < o.result.score.metrics.size(); ++m) {
         auto& metric = o.result.score.metrics[m];
         metric.selected = o.judgements.are_selected_by(metric.name);

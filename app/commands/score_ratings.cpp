@@ -160,6 +160,7 @@ ordered_json name_alone_json(const scan::RatingScore& score) {
 
 ordered_json scores_json(const Outcome& o) {
     auto metrics = metrics_json(o.provenance());
+    const auto refined_by = refined_by_json(o.provenance());
     for (std::size_t m = 0; m < metrics.size(); ++m) {
         const auto& metric = o.score().metrics[m];
         metrics[m].update(figures_json(metric.figures));
@@ -167,6 +168,7 @@ ordered_json scores_json(const Outcome& o) {
         metrics[m]["undecided"] = metric.undecided;
         metrics[m]["fitted_to_ratings"] = metric.fitted;
         metrics[m]["refined_distances"] = o.result.refined.empty() ? 0 : o.result.refined[m];
+        metrics[m]["refined_by"] = refined_by[as_utf8(o.provenance().metrics[m].name)];
     }
     return metrics;
 }
@@ -493,7 +495,8 @@ int score_ratings(const ScoreOptions& options) {
     warn_of_names(o);
     o.result = pipeline::score_ratings(o.obtained.distances.table, o.ratings,
                                        options.ratings.differ_by, o.obtained.database.get(),
-                                       o.obtained.metrics, options.distances.memory, control);
+                                       o.obtained.metrics, options.distances.memory, control,
+                                       o.obtained.engines.get());
     mark_fitted(o);
     warn_if_all_are_zero(o.obtained.distances.provenance, o.obtained.distances.table.metrics);
     out.finish();

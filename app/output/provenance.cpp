@@ -110,6 +110,15 @@ ordered_json metrics_json(const pipeline::Provenance& provenance) {
     return metrics;
 }
 
+ordered_json refined_by_json(const pipeline::Provenance& provenance) {
+    ordered_json engines = ordered_json::object();
+    for (const auto& metric : provenance.metrics) {
+        engines[as_utf8(metric.name)] =
+            metric.refined_by.empty() ? ordered_json() : ordered_json(metric.refined_by);
+    }
+    return engines;
+}
+
 ordered_json source_json(const pipeline::Provenance& provenance) {
     if (provenance.database) {
         auto json = database_json(*provenance.database);

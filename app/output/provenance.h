@@ -17,6 +17,9 @@ namespace merl::app {
 /// parameters and what it was fitted to.
 nlohmann::ordered_json metrics_json(const pipeline::Provenance& provenance);
 
+/// What refines the distances under each metric (MetricProvenance), null where nothing does.
+nlohmann::ordered_json refined_by_json(const pipeline::Provenance& provenance);
+
 /// What is known of the database or the table.
 nlohmann::ordered_json source_json(const pipeline::Provenance& provenance);
 

@@ -61,6 +61,7 @@ struct MetricProvenance {
     std::vector<std::pair<std::string, double>> parameters = {};
     std::vector<engine::FittedTo> fitted = {};
     bool is_pseudometric = false;  // by proof (engine::Metric)
+    std::string refined_by = {};   // what refines its distances: "host", "vulkan"; empty: nothing
 };
 
 struct EngineProvenance {

@@ -34,7 +34,7 @@ std::vector<std::uint64_t> refine(scan::ReferenceDistances& distances,
                                   const ScanOptions& options, const Control& control) {
     std::vector<bool> can_be_refined;
     for (const auto* metric : metrics) {
-        can_be_refined.push_back(metric->has_twin() && !metric->is_summary());
+        can_be_refined.push_back(can_refine(*metric, options.engines));
     }
     std::vector<std::uint64_t> refined(metrics.size());
     for (;;) {
@@ -45,7 +45,7 @@ std::vector<std::uint64_t> refine(scan::ReferenceDistances& distances,
             return refined;
         }
         make_exact(distances.table, database, metrics, open, options.memory_bytes,
-                   control.stage("refining"));
+                   control.stage("refining"), options.engines);
         for (std::size_t m = 0; m < metrics.size(); ++m) {
             refined[m] += open[m].size();
         }
@@ -82,8 +82,8 @@ ReferenceScanResult scan_reference(scan::ListedDistances table, scan::Approximat
     }
     result.left_open = scan::find_undecided(distances, kMostOpen);
     result.exact = !options.fast && result.left_open.configurations == 0 &&
-                   std::ranges::all_of(metrics, [](const engine::Metric* metric) {
-                       return metric->has_twin() || metric->is_summary();
+                   std::ranges::all_of(metrics, [&](const engine::Metric* metric) {
+                       return can_be_exact(*metric, options.engines);
                    });
     result.seconds.refine = watch.lap();
     result.counts = scan::count_configurations(distances, 0, 1);

@@ -22,7 +22,7 @@ struct OpenColumn {
 /// Replaces them by float64 ones, all in one pass; pair_of(place) is the pair at a place.
 void replace(std::span<const OpenColumn> columns, const auto& pair_of,
              const engine::Database& database, std::uint64_t memory_bytes,
-             const std::function<void(double)>& progress) {
+             const std::function<void(double)>& progress, engine::Engines* engines) {
     std::vector<engine::Float64Request> requests;
     for (const auto& column : columns) {
         auto& request = requests.emplace_back(engine::Float64Request{column.metric, {}});
@@ -31,8 +31,11 @@ void replace(std::span<const OpenColumn> columns, const auto& pair_of,
             request.pairs.emplace_back(pair.first, pair.second);
         }
     }
-    const auto exact = engine::float64_distances(
-        database, requests, engine::VoxelSet::above_horizon, progress, memory_bytes);
+    const auto exact =
+        engines != nullptr
+            ? engines->float64_distances(database, requests, progress, memory_bytes)
+            : engine::float64_distances(database, requests, engine::VoxelSet::above_horizon,
+                                        progress, memory_bytes);
     for (std::size_t c = 0; c < columns.size(); ++c) {
         const auto& [metric, places, values, bounds] = columns[c];
         for (std::size_t i = 0; i < places.size(); ++i) {
@@ -60,6 +63,14 @@ void require_source_of(const auto& table, const engine::Database& database,
 
 }  // namespace
 
+bool can_refine(const engine::Metric& metric, const engine::Engines* engines) {
+    return metric.can_be_refined() && (metric.has_twin() || engines != nullptr);
+}
+
+bool can_be_exact(const engine::Metric& metric, const engine::Engines* engines) {
+    return metric.is_summary() || can_refine(metric, engines);
+}
+
 void require_source(const scan::DistanceTable& table, const engine::Database& database,
                     std::span<const engine::Metric* const> metrics) {
     require_source_of(table, database, metrics);
@@ -73,7 +84,7 @@ void require_source(const scan::ListedDistances& table, const engine::Database& 
 Refined refine(scan::Distances& distances, const engine::Database& database,
                const std::array<const engine::Metric*, 2>& metrics, std::uint32_t select,
                std::uint32_t per_material, std::uint64_t memory_bytes,
-               const RefineProgress& progress, scan::Decided decided) {
+               const RefineProgress& progress, scan::Decided decided, engine::Engines* engines) {
     Refined refined;
     for (;;) {
         const auto open =
@@ -87,8 +98,8 @@ Refined refine(scan::Distances& distances, const engine::Database& database,
         const std::array<OpenColumn, 2> columns = {
             OpenColumn{metrics[0], open.first, &distances.first, &distances.first_bounds},
             OpenColumn{metrics[1], open.second, &distances.second, &distances.second_bounds}};
-        replace(columns, pairs_of(distances.materials()), database, memory_bytes,
-                progress.refining);
+        replace(columns, pairs_of(distances.materials()), database, memory_bytes, progress.refining,
+                engines);
         refined.first += open.first.size();
         refined.second += open.second.size();
     }
@@ -99,13 +110,14 @@ std::vector<std::uint64_t> refine_judged(scan::DistanceTable& table,
                                          const engine::Database& database,
                                          std::span<const engine::Metric* const> metrics,
                                          std::uint64_t memory_bytes,
-                                         const std::function<void(double)>& progress) {
+                                         const std::function<void(double)>& progress,
+                                         engine::Engines* engines) {
     std::vector<OpenColumn> columns;
     std::vector<std::vector<std::uint32_t>> open(metrics.size());
     std::vector<std::uint64_t> refined(metrics.size());
     for (std::size_t m = 0; m < metrics.size(); ++m) {
         auto& column = table.metrics[m];
-        if (metrics[m]->has_twin() && !metrics[m]->is_summary()) {
+        if (can_refine(*metrics[m], engines)) {
             open[m] = scan::open_pairs(judgements, {column.metric, column.values, column.bounds});
         }
         if (!open[m].empty()) {
@@ -114,7 +126,7 @@ std::vector<std::uint64_t> refine_judged(scan::DistanceTable& table,
         refined[m] = open[m].size();
     }
     if (!columns.empty()) {
-        replace(columns, pairs_of(table.materials()), database, memory_bytes, progress);
+        replace(columns, pairs_of(table.materials()), database, memory_bytes, progress, engines);
     }
     return refined;
 }
@@ -122,7 +134,7 @@ std::vector<std::uint64_t> refine_judged(scan::DistanceTable& table,
 void make_exact(scan::ListedDistances& table, const engine::Database& database,
                 std::span<const engine::Metric* const> metrics,
                 std::span<const std::vector<std::uint32_t>> entries, std::uint64_t memory_bytes,
-                const std::function<void(double)>& progress) {
+                const std::function<void(double)>& progress, engine::Engines* engines) {
     require_source(table, database, metrics);
     if (entries.size() != metrics.size()) {
         throw std::invalid_argument("expected a list of entries for each metric");
@@ -132,7 +144,7 @@ void make_exact(scan::ListedDistances& table, const engine::Database& database,
         if (entries[m].empty()) {
             continue;
         }
-        if (metrics[m]->is_summary() || !metrics[m]->has_twin()) {
+        if (!can_refine(*metrics[m], engines)) {
             throw std::invalid_argument(metrics[m]->name + ": nothing makes its distances exact");
         }
         auto& column = table.metrics[m];
@@ -141,7 +153,7 @@ void make_exact(scan::ListedDistances& table, const engine::Database& database,
     if (!columns.empty()) {
         replace(
             columns, [&](std::uint32_t place) { return table.pairs.at(place); }, database,
-            memory_bytes, progress);
+            memory_bytes, progress, engines);
     }
 }
 

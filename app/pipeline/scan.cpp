@@ -37,11 +37,6 @@ std::vector<scan::Configuration> list_disagreements(const scan::Distances& dista
     return list;
 }
 
-/// Whether float64 distances can replace those under a metric, or are there already.
-bool can_be_exact(const engine::Metric* metric) {
-    return metric->has_twin() || metric->is_summary();
-}
-
 /// Whether a metric has final distances that may be closer than their bounds.
 bool has_final_bounds(const scan::Distances& d) {
     return (d.first_is_final && !d.first_bounds.empty()) ||
@@ -82,8 +77,10 @@ ScanResult scan_distances(scan::DistanceTable table, const engine::Database* dat
     const auto decided =
         options.fast ? scan::Decided::selection : scan::Decided::count_and_selection;
     // Without a bound the selection alone rests on all distances as well.
-    const bool refinable = database != nullptr && std::ranges::all_of(both, can_be_exact) &&
-                           (!options.fast || result.unbounded.empty());
+    const bool may_be_exact = std::ranges::all_of(
+        both, [&](const engine::Metric* metric) { return can_be_exact(*metric, options.engines); });
+    const bool refinable =
+        database != nullptr && may_be_exact && (!options.fast || result.unbounded.empty());
     if (refinable) {
         result.refined = refine(distances, *database, {metrics[0], metrics[1]}, select,
                                 per_material, options.memory_bytes,
@@ -96,7 +93,7 @@ ScanResult scan_distances(scan::DistanceTable table, const engine::Database* dat
                                          }
                                      },
                                  .refining = control.stage("refining")},
-                                decided);
+                                decided, options.engines);
     }
     const bool all_decided = refinable && !options.fast && !has_final_bounds(distances);
     if (!all_decided && result.refined.first + result.refined.second > 0) {
@@ -124,8 +121,7 @@ ScanResult scan_distances(scan::DistanceTable table, const engine::Database* dat
                   : scan::to_refine(distances, select, per_material, scan::Decided::selection,
                                     control.stage("selecting"))
                         .empty();
-    result.exact = result.selection_is_exact && result.left_open == 0 &&
-                   std::ranges::all_of(both, can_be_exact);
+    result.exact = result.selection_is_exact && result.left_open == 0 && may_be_exact;
     result.seconds.select = watch.lap();
     control.update("listing", 0);
     result.disagreements = list_disagreements(distances, result.census.counts.disagreements(),

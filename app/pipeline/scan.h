@@ -31,6 +31,7 @@ struct ScanOptions {
     /// Called before distances are refined, with how many and of how many; again where more follow
     /// from them. May throw.
     std::function<void(std::uint64_t distances, std::uint64_t of)> before_refining = {};
+    engine::Engines* engines = nullptr;  // which refine metrics without a twin
 };
 
 /// Wall-clock seconds of the stages, which follow each other.

@@ -8,14 +8,15 @@ namespace merl::pipeline {
 ScoreResult score_distances(scan::DistanceTable& table, const scan::JudgementFile& judgements,
                             const engine::Database* database,
                             std::span<const engine::Metric* const> metrics,
-                            std::uint64_t memory_bytes, const Control& control) {
+                            std::uint64_t memory_bytes, const Control& control,
+                            engine::Engines* engines) {
     ScoreResult result;
     Stopwatch watch;
     result.judgements = scan::resolve_judgements(judgements, table.names);
     if (database != nullptr) {
         require_source(table, *database, metrics);
         result.refined = refine_judged(table, result.judgements, *database, metrics, memory_bytes,
-                                       control.stage("refining"));
+                                       control.stage("refining"), engines);
     }
     result.refine_seconds = watch.lap();
     std::vector<scan::ScoredMetric> scored;

@@ -252,7 +252,7 @@ TuneResult tune(engine::Engines& engines, const engine::Database& database, cons
     }
     watch.lap();
     result.refined = refine_judged(table, result.judgements, database, both, options.memory_bytes,
-                                   control.stage("refining"));
+                                   control.stage("refining"), &engines);
     scan::score_tuning(result.tuning, result.judgements, table.metrics[0].values,
                        table.metrics[1].values);
     result.refine_seconds = watch.lap();

@@ -6,8 +6,10 @@
 #include <utility>
 
 #include "engine/base/error.h"
+#include "engine/distance/float64_distances.h"
 #include "engine/distance/host/host_engine.h"
 #include "engine/distance/vulkan/vulkan_engine.h"
+#include "engine/distance/vulkan/vulkan_float64.h"
 
 namespace merl::engine {
 
@@ -23,14 +25,22 @@ Engines::Engines(device::Context& context, Use use)
       looked_(true),
       chosen_(context.info()),
       rest_only_(use == Use::rest),
+      open_(&context),
       host_(make_host_engine()),
       vulkan_(make_vulkan_engine(context)) {}
 
-Engine& Engines::vulkan() {
-    if (!vulkan_) {
+device::Context& Engines::context() {
+    if (open_ == nullptr) {
         context_.emplace(options_);
         chosen_ = context_->info();
-        vulkan_ = make_vulkan_engine(*context_);
+        open_ = &*context_;
+    }
+    return *open_;
+}
+
+Engine& Engines::vulkan() {
+    if (!vulkan_) {
+        vulkan_ = make_vulkan_engine(context());
     }
     return *vulkan_;
 }
@@ -132,6 +142,60 @@ std::vector<Engines::Share> Engines::share(std::span<const Metric* const> metric
         shares.push_back({host_.get(), std::move(on_host)});
     }
     return shares;
+}
+
+std::vector<std::vector<double>> Engines::float64_distances(
+    const Database& database, std::span<const Float64Request> requests,
+    const std::function<void(double)>& progress, std::uint64_t memory_bytes) {
+    std::vector<Float64Request> on_host;
+    std::vector<Float64Pairs> on_device;
+    double host_pairs = 0;
+    double pairs = 0;
+    for (const auto& request : requests) {
+        const auto count = static_cast<double>(request.pairs.size());
+        pairs += count;
+        if (request.metric->has_twin()) {
+            on_host.push_back(request);
+            host_pairs += count;
+        } else {
+            on_device.push_back({request.metric, request.pairs});
+        }
+    }
+    const auto part_of = [&](double from, double size) {
+        return [=, &progress](double share) {
+            if (progress) {
+                progress((from + share * size) / pairs);
+            }
+        };
+    };
+    std::vector<std::vector<double>> of_host;
+    if (host_pairs > 0) {
+        of_host = engine::float64_distances(database, on_host, VoxelSet::above_horizon,
+                                            part_of(0, host_pairs), memory_bytes);
+    } else {
+        of_host.resize(on_host.size());
+    }
+    std::vector<std::vector<double>> of_device(on_device.size());
+    if (pairs > host_pairs) {
+        choose();
+        if (!chosen_) {
+            refuse(*on_device.front().metric);
+        }
+        auto& device = context();
+        if (!chosen_->limits.floats.float64) {
+            refuse_without_float64(*on_device.front().metric);
+        }
+        of_device = vulkan_float64_distances(device, database, on_device, VoxelSet::above_horizon,
+                                             part_of(host_pairs, pairs - host_pairs), memory_bytes);
+    }
+    std::vector<std::vector<double>> result;
+    auto next_of_host = of_host.begin();
+    auto next_of_device = of_device.begin();
+    for (const auto& request : requests) {
+        result.push_back(
+            std::move(request.metric->has_twin() ? *next_of_host++ : *next_of_device++));
+    }
+    return result;
 }
 
 }  // namespace merl::engine

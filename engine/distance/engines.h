@@ -1,17 +1,22 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
+#include "engine/database/database.h"
 #include "engine/device/context.h"
 #include "engine/distance/parts/engine.h"
 #include "engine/metric/metric.h"
 
 namespace merl::engine {
+
+struct Float64Request;  // float64_distances.h
 
 /// What Engines calls the processor without Vulkan.
 inline constexpr const char* kHost = "host";
@@ -46,6 +51,16 @@ class Engines {
     std::vector<Share> share(std::span<const Metric* const> metrics,
                              std::vector<std::string>& warnings);
 
+    /// Distances in float64 of some pairs under metrics that can be refined
+    /// (Metric::can_be_refined): those with a twin on the host (float64_distances.h, also for what
+    /// is promised of progress and memory), those without on the device that computes them
+    /// (vulkan/vulkan_float64.h), which it opens if it is not open. Throws what these throw, and
+    /// what share() throws where there is no such device.
+    std::vector<std::vector<double>> float64_distances(const Database& database,
+                                                       std::span<const Float64Request> requests,
+                                                       const std::function<void(double)>& progress,
+                                                       std::uint64_t memory_bytes);
+
     /// The Vulkan device that share() would open; none where it opens none, or cannot. Looks for
     /// devices, which share() then need not.
     std::optional<device::DeviceInfo> device_for(std::span<const Metric* const> metrics);
@@ -58,6 +73,7 @@ class Engines {
 
     /// Opens the device unless it is open.
     Engine& vulkan();
+    device::Context& context();
     void choose();
     bool is_for_device(const Metric& metric) const;
     [[noreturn]] void refuse(const Metric& metric) const;
@@ -71,7 +87,8 @@ class Engines {
     std::string why_no_device_;        // where none can be used
     std::vector<std::string> failed_;  // devices that a trial refused, and why
     bool no_driver_ = false;           // for want of a driver that could be installed
-    std::optional<device::Context> context_;
+    std::optional<device::Context> context_;  // that this opened
+    device::Context* open_ = nullptr;         // this, or one that was open already
     std::unique_ptr<Engine> host_;
     std::unique_ptr<Engine> vulkan_;
 };

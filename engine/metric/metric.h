@@ -86,7 +86,7 @@ struct Metric {
     std::vector<double> parameters;  // the chosen value of each of header.parameters
     MetricTwin twin;                 // of a library metric; a user's has none
 
-    /// Whether float64 distances can be had on the CPU (float64_distances.h).
+    /// Whether there is one: float64 distances can be had on the CPU (float64_distances.h).
     bool has_twin() const { return twin.sum != nullptr || twin.features != nullptr; }
 
     /// Whether its distance is that of features, all of it in float64, and not a sum over voxels.
@@ -110,12 +110,16 @@ struct Metric {
     /// Whether its bound needs norms.
     bool has_norms() const { return header.degree >= 1; }
 
-    /// Whether check.comp looks for what is wrong with it: nobody has tested it.
+    /// Whether distances under it that float32 leaves open can be had in float64
+    /// (Engines::float64_distances): by its twin, or on a device, where it has a degree. Those of a
+    /// summary are float64 already.
+    bool can_be_refined() const { return !is_summary() && (has_twin() || has_degree()); }
+
+    /// Whether kernels look for what is wrong with it (check.comp): nobody has tested it.
     bool is_checked() const { return !has_twin(); }
 
-    /// Whether a kernel gives a workgroup to each row of a tile: any_difference.comp and
-    /// check.comp.
-    bool has_row_groups() const { return !has_degree() || is_checked(); }
+    /// Whether a kernel gives a workgroup to each row of a tile: any_difference.comp.
+    bool has_row_groups() const { return !has_degree(); }
 
     /// How the grid of this metric is cut into texels (shaders/framework/metric.glsl).
     std::uint32_t cell_texels() const { return has_degree() ? 3 : 4; }

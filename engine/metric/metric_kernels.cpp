@@ -249,7 +249,8 @@ class Compiler {
         }
     }
 
-    std::vector<std::uint32_t> kernel(const char* stage, bool has_metric) const {
+    std::vector<std::uint32_t> kernel(const char* stage, bool has_metric,
+                                      const char* defines = "") const {
         const auto any_file = [](std::string_view name, std::string_view) {
             return find_file(name);
         };
@@ -261,7 +262,7 @@ class Compiler {
         spirv::Module module;
         try {
             module = spirv::Module(device::compile_shader(
-                *shader, preamble_ + (keeps_nan ? "#define KEEPS_NAN\n" : ""), any_file,
+                *shader, preamble_ + (keeps_nan ? "#define KEEPS_NAN\n" : "") + defines, any_file,
                 has_metric ? std::span(text) : std::span<const ShaderText>(),
                 // The code of a metric is given calls afterwards.
                 is_guarded ? device::Uncalled::kept : device::Uncalled::dropped));
@@ -340,7 +341,15 @@ MetricKernels compile_kernels(const Metric& metric, const device::FloatControls&
             .norms = compile_if(metric.has_norms(), "norms", false),
             .ranges = compile_if(metric.has_slopes(), "ranges", false),
             .slopes = compile_if(metric.has_slopes(), "slopes", false),
-            .check = compile_if(metric.is_checked(), "check", true)};
+            .check = compile_if(metric.is_checked(), "check", true),
+            .degree = compile_if(metric.is_checked() && metric.has_degree(), "degree", true)};
+}
+
+Float64Kernels compile_float64_kernels(const Metric& metric, const device::FloatControls& floats) {
+    const Compiler compiler(metric, floats);
+    return {.weigh = compiler.kernel("weigh", true, "#define UNFOLDED\n"),
+            .grid = compiler.kernel("float64_grid", true),
+            .sums = compiler.kernel("float64_sums", false)};
 }
 
 std::vector<std::uint32_t> compile_feature(const Metric& metric,

@@ -15,6 +15,7 @@ struct MetricKernels {
     std::vector<std::uint32_t> norms;           // where has_norms()
     std::vector<std::uint32_t> ranges, slopes;  // where has_slopes()
     std::vector<std::uint32_t> check;           // where is_checked()
+    std::vector<std::uint32_t> degree;          // of these, where has_degree()
     // Of a summary these, and none of the others; feature where is_checked().
     std::vector<std::uint32_t> window = {}, window_parts = {}, window_sums = {}, feature = {};
 };
@@ -25,6 +26,14 @@ struct MetricKernels {
 /// then makes the grid; and be no summary, which has nothing but float64.
 MetricKernels compile_kernels(const Metric& metric,
                               const device::FloatControls& floats = {.float64 = true});
+
+/// The kernels that compute single distances under a metric with a degree in float64:
+/// shaders/framework/ weigh.comp, float64_grid.comp and float64_sums.comp. Errors as above; the
+/// device must have float64.
+struct Float64Kernels {
+    std::vector<std::uint32_t> weigh, grid, sums;
+};
+Float64Kernels compile_float64_kernels(const Metric& metric, const device::FloatControls& floats);
 
 /// The kernel `feature` of a summary alone.
 std::vector<std::uint32_t> compile_feature(const Metric& metric,

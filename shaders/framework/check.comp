@@ -3,55 +3,30 @@
 #extension GL_KHR_shader_subgroup_arithmetic : require
 
 // A metric's grid and weights -> the first thing that is wrong with the metric, if anything is: for a
-// metric that nobody has tested. Every voxel and wanted pair of materials is looked at. Three steps, each a
-// dispatch: nothing found; search, where a workgroup is one subgroup and takes one block and one row of a
-// tile; and by a single workgroup what the first of those that found something has to say.
+// metric that nobody has tested. Every voxel of every material is looked at, and the differences of some pairs, in
+// which each material is; of a metric without a degree any_difference.comp looks at all pairs. Three steps, each a
+// dispatch: nothing found; search, where a workgroup is one subgroup and takes one block and one pair; and by
+// a single workgroup what the first that found something has to say, of those here or in any_difference.comp.
 
+#define FINDING_BINDING 2
 #include "framework/metric.glsl"
-#include "framework/texel_difference.glsl"
 #include "framework/pair_tile.glsl"
+#include "framework/finding.glsl"
 
 layout(local_size_x_id = 0) in;
 
 layout(binding = 0) uniform samplerBuffer grid;      // [block][material][texel]
 layout(binding = 1) uniform usamplerBuffer weights;  // per voxel, float64
 
-// The host has the same.
-layout(std430, binding = 2) buffer Finding {
-    uint group;  // the first that found something
-    uint kind;
-    uint first;  // materials
-    uint second;
-    uint voxel;    // of the slab
-    uint channel;  // of the three, for a metric with a degree
-    float a[3];    // transformed samples; for a metric with a degree one scalar, weighted
-    float b[3];
-    float there;  // difference(a, b) and difference(b, a)
-    float back;
-    float weight;
-    // The first voxel at which the difference of a sample from itself is not zero, for a metric without a
-    // degree; a material, and the difference.
-    uint same_voxel;
-    uint same_material;
-    float same_difference;
-}
-finding;
-
-layout(std430, binding = 3) readonly buffer TilePlaces { uvec2 tile_places[]; };
+layout(std430, binding = 3) readonly buffer TilePlaces { uvec2 tile_places[]; };  // and after them the pairs
 
 layout(push_constant) uniform Push {
     uint check_step;
     uint padded_materials;
     uint materials;
-    uint groups;  // along x in the second step
+    uint tile_count;
+    uint pairs;  // that are looked at
 };
-
-const uint kNothing = 0xffffffffu;
-
-const uint kFine = 0, kWeight = 1, kFirst = 2, kSecond = 3, kNotFinite = 4, kNegative = 5, kAsymmetric = 6,
-           kDegree = 7, kFault = 8;
-
-bool is_finite(float x) { return (floatBitsToUint(x) & 0x7f800000u) != 0x7f800000u; }
 
 double weight_at(uint voxel) {
     uvec4 words = texelFetch(weights, int(voxel / 2));
@@ -63,26 +38,12 @@ bool good_weight(double weight) {
     return high < 0x7ff00000u || weight == 0.0;  // positive and finite, or a zero of either sign
 }
 
-// Whether a difference went wrong on the way, for which there is no number; `faults` says how.
-bool faulty(inout float faults) {
-#ifdef GUARDED
-    if (guard_faults != 0) {
-        faults = float(guard_faults);
-        return true;
-    }
-#endif
-    return false;
-}
-
 // What is wrong between two materials at one texel of a block; for kNotFinite and after, `there` and `back`
 // are the differences. `scalar` is which of the texel's four, for a metric with a degree.
 uint offence(uint block, uint texel, vec4 a, vec4 b, out uint scalar, out float there, out float back) {
     scalar = 0;
     there = 0.0;
     back = 0.0;
-#ifdef GUARDED
-    guard_faults = 0;
-#endif
 #ifdef DEGREE_NUMERATOR
     for (; scalar < 4; ++scalar) {
         uint voxel = block * kBlockVoxels + cell_of_texel(texel) * kCellVoxels + scalar;
@@ -95,36 +56,12 @@ uint offence(uint block, uint texel, vec4 a, vec4 b, out uint scalar, out float 
         if (weight_at(voxel) == 0.0) {
             continue;  // beyond the last voxel, or of no weight
         }
-        float d = a[scalar] - b[scalar];
-        there = difference(d);
-        back = difference(-d);
-        if (faulty(there)) {
-            return kFault;
-        }
-#if DEGREE_NUMERATOR < DEGREE_DENOMINATOR
-        float expected = two_thirds_power(d);
-#elif DEGREE_NUMERATOR == 1
-        float expected = abs(d);
-#else
-        float expected = d * d;
-#endif
-        float allowed = 1e-4 * expected + 1e-30;
-        if (!is_finite(expected)) {
-            continue;  // beyond the range of float32: the sum will say so
-        }
-        if (!is_finite(there) || !is_finite(back)) {
-            return kNotFinite;
-        }
-        if (there < 0.0 || back < 0.0) {
-            return kNegative;
-        }
-        if (abs(there - back) > allowed) {
-            return kAsymmetric;
-        }
-        if (abs(there - expected) > allowed) {
-            return kDegree;
+        uint kind = degree_offence(a[scalar] - b[scalar], there, back);
+        if (kind != kFine) {
+            return kind;
         }
     }
+    return kFine;
 #else
     if (!good_weight(weight_at(block * kBlockVoxels + texel)) || !is_finite(a.w)) {
         return kWeight;
@@ -133,23 +70,20 @@ uint offence(uint block, uint texel, vec4 a, vec4 b, out uint scalar, out float 
     if (!first_is_finite || !is_finite(b.x) || !is_finite(b.y) || !is_finite(b.z)) {
         return first_is_finite ? kSecond : kFirst;
     }
+    guard_faults = 0;
     there = difference(a.xyz, b.xyz);
     back = difference(b.xyz, a.xyz);
-    if (faulty(there)) {
+    if (is_faulty(there)) {
         return kFault;
     }
-    float size = max(1.0, max(length(a.xyz), length(b.xyz)));
     if (!is_finite(there) || !is_finite(back)) {
         return kNotFinite;
     }
     if (there < 0.0 || back < 0.0) {
         return kNegative;
     }
-    if (abs(there - back) > max(0.01 * max(there, back), 1e-6 * size)) {
-        return kAsymmetric;
-    }
+    return abs(there - back) > allowed_asymmetry(a.xyz, b.xyz, there, back) ? kAsymmetric : kFine;
 #endif
-    return kFine;
 }
 
 bool is_finite(vec4 x) { return is_finite(x.x) && is_finite(x.y) && is_finite(x.z) && is_finite(x.w); }
@@ -158,25 +92,17 @@ bool is_finite(vec4 x) { return is_finite(x.x) && is_finite(x.y) && is_finite(x.
 // makes every comparison false, where the device keeps it.
 bool suspicious(uint block, uint texel, vec4 a, vec4 b) {
     bool fine = true;
-#ifdef GUARDED
     guard_faults = 0;
-#endif
     const float kLargest = 3.0e38;
 #ifdef DEGREE_NUMERATOR
     vec4 d = a - b;
     vec4 there = vec4(difference(d.x), difference(d.y), difference(d.z), difference(d.w));
     vec4 back = vec4(difference(-d.x), difference(-d.y), difference(-d.z), difference(-d.w));
-#if DEGREE_NUMERATOR < DEGREE_DENOMINATOR
-    vec4 expected = vec4(two_thirds_power(d.x), two_thirds_power(d.y), two_thirds_power(d.z),
-                         two_thirds_power(d.w));
-#elif DEGREE_NUMERATOR == 1
-    vec4 expected = abs(d);
+    vec4 expected = vec4(expected_difference(d.x), expected_difference(d.y), expected_difference(d.z),
+                         expected_difference(d.w));
     uint voxel = block * kBlockVoxels + cell_of_texel(texel) * kCellVoxels;
     fine = good_weight(weight_at(voxel)) && good_weight(weight_at(voxel + 1)) &&
            good_weight(weight_at(voxel + 2)) && good_weight(weight_at(voxel + 3));
-#else
-    vec4 expected = d * d;
-#endif
     vec4 allowed = 1e-4 * expected + 1e-30;
     fine = fine && all(lessThanEqual(abs(there - expected), allowed)) &&
            all(lessThanEqual(abs(there - back), allowed));
@@ -192,9 +118,7 @@ bool suspicious(uint block, uint texel, vec4 a, vec4 b) {
 #ifndef KEEPS_NAN
     fine = fine && is_finite(a) && is_finite(b) && is_finite(there) && is_finite(back);
 #endif
-#ifdef GUARDED
     fine = fine && guard_faults == 0;
-#endif
     return !fine;
 }
 
@@ -207,37 +131,55 @@ bool differs_from_itself(vec4 a) {
 #endif
 }
 
-// Looks at a row of a tile in a block. The place of the first that is wrong, 65536 column + texel.
-uint look(uint first, uvec2 tile, uint block) {
+// Looks at a material against some that follow each other in a block. The place of the first that is wrong,
+// 65536 column + texel; and in the first of them, where a sample differs from itself. What is wrong is found
+// out in a second loop, which hardly ever begins: lavapipe skips no branch.
+uint look(uint first, uint second_from, uint columns, uint block, bool looks_at_same) {
     uint from = block * padded_materials;
-    uint worst = kNothing;
     uint same = kNothing;
+    uint doubts = 0;
     for (uint texel = gl_LocalInvocationID.x; texel < kBlockTexels; texel += gl_WorkGroupSize.x) {
         vec4 a = texelFetch(grid, int((from + first) * kBlockTexels + texel));
 #ifndef DEGREE_NUMERATOR
         if (a.w == 0.0) {
             continue;  // beyond the last voxel, or of no weight
         }
-        if ((tile.x == tile.y || kTile == 1) && differs_from_itself(a)) {
+        if (looks_at_same && differs_from_itself(a)) {
             same = min(same, block * kBlockVoxels + texel);
         }
 #endif
-        for (uint column = 0; column < kTile; ++column) {
-            uint second = tile.y + column;
+        for (uint column = 0; column < columns; ++column) {
+            uint second = second_from + column;
             if (second <= first || second >= materials) {
                 continue;
             }
             vec4 b = texelFetch(grid, int((from + second) * kBlockTexels + texel));
-            // Of listed pairs there is no tile on the diagonal, where each material is a row once.
-            if (kTile == 1 && differs_from_itself(b)) {
+            if (looks_at_same && differs_from_itself(b)) {
                 same = min(same, block * kBlockVoxels + texel);
             }
-            if (suspicious(block, texel, a, b)) {
-                uint scalar;
-                float there, back;
-                uint at = 65536 * column + texel;
-                worst = at < worst && offence(block, texel, a, b, scalar, there, back) != kFine ? at : worst;
+            doubts |= suspicious(block, texel, a, b) ? 1 : 0;
+        }
+    }
+    uint worst = kNothing;
+    bool again = subgroupMax(doubts) != 0;
+    guard_loops = 0;  // so that a loop that has no end is found where it is
+    for (uint texel = gl_LocalInvocationID.x; again && texel < kBlockTexels; texel += gl_WorkGroupSize.x) {
+        vec4 a = texelFetch(grid, int((from + first) * kBlockTexels + texel));
+#ifndef DEGREE_NUMERATOR
+        if (a.w == 0.0) {
+            continue;
+        }
+#endif
+        for (uint column = 0; column < columns; ++column) {
+            uint second = second_from + column;
+            if (second <= first || second >= materials) {
+                continue;
             }
+            vec4 b = texelFetch(grid, int((from + second) * kBlockTexels + texel));
+            uint scalar;
+            float there, back;
+            uint at = 65536 * column + texel;
+            worst = at < worst && offence(block, texel, a, b, scalar, there, back) != kFine ? at : worst;
         }
     }
     same = subgroupMin(same);
@@ -265,9 +207,9 @@ void describe_same() {
 #endif
 }
 
-void describe(uint first, uvec2 tile, uint block, uint place) {
+void describe(uint first, uint second_from, uint block, uint place) {
     uint texel = place % 65536;
-    uint second = tile.y + place / 65536;
+    uint second = second_from + place / 65536;
     uint from = block * padded_materials;
     vec4 a = texelFetch(grid, int((from + first) * kBlockTexels + texel));
     vec4 b = texelFetch(grid, int((from + second) * kBlockTexels + texel));
@@ -297,7 +239,10 @@ void describe(uint first, uvec2 tile, uint block, uint place) {
 
 void main() {
     if (check_step == 0) {
-        finding.group = kNothing;
+        finding.pair = kNothing;
+        finding.row = kNothing;
+        finding.row_faults = 0;
+        finding.number = kNothing;
         finding.kind = kFine;
         finding.same_voxel = kNothing;
         return;
@@ -305,33 +250,38 @@ void main() {
     if (check_step == 2 && finding.same_voxel != kNothing && gl_LocalInvocationID.x == 0) {
         describe_same();
     }
-    if (check_step == 2 && finding.group == kNothing) {
+    bool of_row = check_step == 2 && finding.pair == kNothing;
+    if (of_row && finding.row == kNothing) {
         return;
     }
-    uint group_x = check_step == 1 ? gl_WorkGroupID.x : finding.group % groups;
-    uint block = check_step == 1 ? gl_WorkGroupID.y : finding.group / groups;
-    uvec2 tile = tile_places[group_x / kTile];
-    uint first = tile.x + group_x % kTile;
-    if (first >= materials) {
-        return;
+    uint block, first, second;
+    if (of_row) {
+        uint rows = tile_count * kTile;
+        uint row = finding.row % rows;
+        block = finding.row / rows;
+        first = tile_places[row / kTile].x + row % kTile;
+        second = tile_places[row / kTile].y;
+    } else {
+        uint pair = check_step == 1 ? gl_WorkGroupID.x : finding.pair % pairs;
+        block = check_step == 1 ? gl_WorkGroupID.y : finding.pair / pairs;
+        first = tile_places[tile_count + pair].x;
+        second = tile_places[tile_count + pair].y;
     }
-    uint place = look(first, tile, block);
-    bool cut = false;
-#ifdef GUARDED
-    cut = guard_cut();
+    uint place = look(first, second, of_row ? kTile : 1, block, check_step == 1);
+    bool cut = guard_cut();
     place = cut ? min(place, 0) : place;
-#endif
-    if (place != kNothing && gl_LocalInvocationID.x == 0) {
+    // What any_difference.comp saw, and is not there any more.
+    uint faults = cut ? kEndlessLoop : finding.row_faults;
+    bool gone = of_row && place == kNothing;
+    if ((place != kNothing || gone) && gl_LocalInvocationID.x == 0) {
         if (check_step == 1) {
-            atomicMin(finding.group, block * groups + group_x);
-        } else {
-            describe(first, tile, block, place);
-#ifdef GUARDED
-            if (cut) {
-                finding.kind = kFault;
-                finding.there = float(kEndlessLoop);
-            }
-#endif
+            atomicMin(finding.pair, block * pairs + gl_WorkGroupID.x);
+            return;
+        }
+        describe(first, second, block, gone ? 0 : place);
+        if (cut || gone) {
+            finding.kind = kFault;
+            finding.there = float(faults);
         }
     }
 }

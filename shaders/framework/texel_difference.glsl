@@ -1,7 +1,7 @@
 // The difference of two texels of a metric's grid.
 
 #ifdef DEGREE_NUMERATOR
-// A metric that declares a degree has the difference |d|^degree, as check.comp sees to. Four at a time:
+// A metric that declares a degree has the difference |d|^degree, as degree.comp and check.comp see to. Four at a time:
 // a compiler that keeps this order has four independent chains of operations to interleave.
 vec4 difference(vec4 d) {
 #if DEGREE_NUMERATOR < DEGREE_DENOMINATOR

@@ -2,7 +2,7 @@
 #extension GL_GOOGLE_include_directive : require
 
 // Voxels of a slab -> the weight volume: what every sample at a voxel is multiplied with, or for a
-// metric without a degree what its difference is.
+// metric without a degree, or where UNFOLDED, what its difference is.
 
 #define METRIC_FLOAT64
 #include "framework/metric.glsl"
@@ -16,7 +16,7 @@ layout(push_constant) uniform Push {
     uint voxel_count;  // voxels of this slab; the last block is filled up with zeros
 };
 
-#ifdef DEGREE_NUMERATOR
+#if defined(DEGREE_NUMERATOR) && !defined(UNFOLDED)
 // weight^(1/degree): a difference of that degree turns it into the weight again.
 double folded(double weight) {
 #if DEGREE_NUMERATOR == 2

@@ -62,4 +62,27 @@ std::vector<std::uint32_t> PairList::paired() const {
     return result;
 }
 
+std::vector<MaterialPair> PairList::covering() const {
+    std::vector<bool> is_covered(materials());
+    std::vector<MaterialPair> result;
+    const auto take = [&](std::uint32_t first, std::uint32_t second) {
+        result.emplace_back(first, second);
+        is_covered[first] = true;
+        is_covered[second] = true;
+    };
+    for (std::uint32_t first = 0; first < materials(); ++first) {  // two at a time, where it can be
+        for (auto place = begin_of(first); !is_covered[first] && place < end_of(first); ++place) {
+            if (const auto other = second(first, place); !is_covered[other]) {
+                take(first, other);
+            }
+        }
+    }
+    each([&](std::size_t, std::uint32_t first, std::uint32_t second) {
+        if (!is_covered[first] || !is_covered[second]) {
+            take(first, second);
+        }
+    });
+    return result;
+}
+
 }  // namespace merl::engine

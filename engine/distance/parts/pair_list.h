@@ -37,6 +37,10 @@ class PairList {
     /// The materials that are in a pair, ascending.
     std::vector<std::uint32_t> paired() const;
 
+    /// Some of the pairs, in which is each material that is in any: at most as many as there are of
+    /// these.
+    std::vector<MaterialPair> covering() const;
+
     /// Calls what(place, first, second) for every pair, in their order.
     template <typename What>
     void each(const What& what) const {

@@ -206,11 +206,12 @@ class VulkanWork final : public EngineWork {
         site_.seconds.adding += watch.lap();
     }
 
-    /// What check.comp says of a slab whose first voxel has this position.
+    /// What kernels found in a slab whose first voxel has this position.
     void look_at(const Metric& metric, const Finding& finding, std::uint64_t first) {
         if (finding.kind != Finding::fine) {
-            throw InputError(
-                explain(finding, metric, site_.database, file_index(first + finding.voxel)));
+            const bool has_voxel = finding.first_material != Finding::kNone;
+            throw InputError(explain(finding, metric, site_.database,
+                                     has_voxel ? file_index(first + finding.voxel) : 0));
         }
         if (finding.same_voxel != Finding::kNone && warned_.insert(&metric).second) {
             site_.warnings.push_back(warn_of_same(finding, metric, site_.database,

@@ -37,11 +37,19 @@ struct PreparePush {
     std::uint32_t blocks, materials, padded_materials, voxel_count;
 };
 struct CheckPush {
-    std::uint32_t step, padded_materials, materials, groups;
+    std::uint32_t step, padded_materials, materials, tile_count, pairs;
+};
+struct DegreePush {
+    std::uint32_t step, numbers;
 };
 struct TilesPush {
     std::uint32_t padded_materials, materials, tile_count, first_tile;
 };
+
+/// What degree.comp looks at: 2^14 numbers of each power of two from 2^-40 up to 2^40, so many an
+/// invocation.
+constexpr std::uint32_t kDegreeNumbers = 80U << 14U;
+constexpr std::uint32_t kDegreeNumbersOfInvocation = 32;
 
 /// What making the grid of a block of a material takes, in float32 operations: some 64 a sample in
 /// float64, of which a card that is made for games does one in the time of 32. Nobody knows what a
@@ -53,7 +61,12 @@ double grid_operations(const Metric& metric) {
 /// What a block of a pair takes: 16 a scalar for a power, 400 a voxel for the longest difference of
 /// the library.
 double pair_operations(const Metric& metric) {
-    return kBlockVoxels * (!metric.has_twin() ? 4000.0 : metric.has_degree() ? 3 * 16.0 : 400.0);
+    return kBlockVoxels * (metric.has_degree() ? 3 * 16.0 : metric.has_twin() ? 400.0 : 4000.0);
+}
+
+/// What a block of a pair takes check.comp, in units of that.
+double check_units(const Metric& metric) {
+    return metric.has_degree() ? 100 : 2;
 }
 
 template <typename T>
@@ -146,7 +159,9 @@ std::uint64_t DeviceExtent::sums_bytes(const Metric& metric) const {
 }
 
 std::uint64_t DeviceExtent::places_bytes(const Metric& metric) const {
-    return tiles_of(metric).count() * sizeof(PairTiles::Place);
+    const std::uint64_t checked =
+        metric.is_checked() ? std::min<std::uint64_t>(pairs->materials(), pairs->size()) : 0;
+    return (tiles_of(metric).count() + checked) * sizeof(PairTiles::Place);
 }
 
 EngineNeeds device_needs(const device::Limits& limits, std::span<const Metric* const> metrics,
@@ -181,7 +196,8 @@ EngineNeeds device_needs(const device::Limits& limits, std::span<const Metric* c
         }
         const auto tiles = block.tiles_of(*metric);
         const auto groups =
-            tiles.count() * (metric->has_row_groups() ? tiles.side : std::uint64_t{1});
+            std::max(tiles.count() * (metric->has_row_groups() ? tiles.side : std::uint64_t{1}),
+                     std::uint64_t{metric->is_checked() ? materials : 0});
         if (groups > limits.groups_x || tiles.padded_materials() > limits.groups_y) {
             refuse_pairs(limits, pairs);
         }
@@ -265,18 +281,29 @@ VulkanMetric::VulkanMetric(Context& context, const DeviceExtent& extent, const M
       extent_(extent),
       tiles_(extent.tiles_of(metric)),
       totals_(metric, tiles_, grid_voxels, shader_roundings(context.limits().floats)),
+      checked_(metric.is_checked() ? extent.pairs->covering() : std::vector<MaterialPair>()),
       places_(context, extent.places_bytes(metric), Traffic::upload),
       grid_budget_(context.info(), grid_operations(metric)),
       pair_budget_(context.info(), pair_operations(metric)),
-      weights_(context.limits().floats.float64 ? 0 : extent.slab_blocks) {
+      weights_(context.limits().floats.float64 ? 0 : extent.slab_blocks),
+      subgroup_size_(context.limits().subgroup_size) {
     const auto places = places_.host_as<PairTiles::Place>();
-    for (std::size_t tile = 0; tile < places.size(); ++tile) {
+    for (std::size_t tile = 0; tile < tiles_.count(); ++tile) {
         places[tile] = tiles_.place_of(tile);
     }
+    std::ranges::transform(checked_, places.begin() + static_cast<std::ptrdiff_t>(tiles_.count()),
+                           [](const MaterialPair& pair) {
+                               return PairTiles::Place{pair.first, pair.second};
+                           });
+    const bool looks_at_pairs = metric.is_checked() && !metric.has_degree();
     const auto of_tiles = [&](const char* stage, std::span<const std::uint32_t> code,
                               bool diagonal = false) {
-        return make_subgroup_kernel(context, metric, stage, code, {kTexels, kStorage, kStorage},
-                                    tiles_, sizeof(TilesPush), diagonal);
+        std::vector<Binding> bindings = {kTexels, kStorage, kStorage};
+        if (code.data() == spirv.difference.data() && looks_at_pairs) {
+            bindings.push_back(kStorage);
+        }
+        return make_subgroup_kernel(context, metric, stage, code, std::move(bindings), tiles_,
+                                    sizeof(TilesPush), diagonal);
     };
     const auto of_materials = [&](const char* stage, std::span<const std::uint32_t> code) {
         return make_subgroup_kernel(context, metric, stage, code, {kTexels, kStorage}, tiles_, 0);
@@ -319,6 +346,12 @@ VulkanMetric::VulkanMetric(Context& context, const DeviceExtent& extent, const M
                                               {kTexels, kTexels, kStorage, kStorage}, tiles_,
                                               sizeof(CheckPush));
             }
+        },
+        [&] {
+            if (!spirv.degree.empty()) {
+                degree_ = make_subgroup_kernel(context, metric, "degree", spirv.degree, {kStorage},
+                                               tiles_, sizeof(DegreePush));
+            }
         });
 }
 
@@ -335,7 +368,18 @@ VulkanMetric::Products::Products(Context& context, VulkanMetric& work, SlabBuffe
         std::ranges::fill(grid_->host(), std::byte{0});  // materials that fill up the last tile
     }
     Buffer& grid = grid_ ? *grid_ : *scratch.grid;
-    difference_ = bind(context, *work.difference_, {&grid, &sums_, &work.places_});
+    if (work.check_) {
+        finding_ = download(context, sizeof(Finding));
+        check_ = bind(context, *work.check_, {&grid, &*scratch.weights, &*finding_, &work.places_});
+    }
+    if (work.degree_) {
+        degree_ = bind(context, *work.degree_, {&*finding_});
+    }
+    if (work.check_ && !work.degree_) {
+        difference_ = bind(context, *work.difference_, {&grid, &sums_, &work.places_, &*finding_});
+    } else {
+        difference_ = bind(context, *work.difference_, {&grid, &sums_, &work.places_});
+    }
     if (work.diagonal_difference_) {
         diagonal_difference_ =
             bind(context, *work.diagonal_difference_, {&grid, &sums_, &work.places_});
@@ -352,10 +396,6 @@ VulkanMetric::Products::Products(Context& context, VulkanMetric& work, SlabBuffe
     if (work.diagonal_slope_) {
         diagonal_slope_ =
             bind(context, *work.diagonal_slope_, {&*scratch.ranges, &*slopes_, &work.places_});
-    }
-    if (work.check_) {
-        finding_ = download(context, sizeof(Finding));
-        check_ = bind(context, *work.check_, {&grid, &*scratch.weights, &*finding_, &work.places_});
     }
 }
 
@@ -390,7 +430,7 @@ void VulkanMetric::upload(device::Submission& submission, const Products& produc
 }
 
 void VulkanMetric::record(PacedWork& work, Products& products, std::uint32_t voxels,
-                          std::uint32_t blocks) const {
+                          std::uint32_t blocks) {
     auto& submission = work.submission;
     const std::uint32_t slab_voxels = blocks * kBlockVoxels;
     const std::uint32_t padded = tiles_.padded_materials();
@@ -439,6 +479,27 @@ void VulkanMetric::record(PacedWork& work, Products& products, std::uint32_t vox
         pairs(products.slope_, products.diagonal_slope_, 1.0 / 16);
         submission.download(*products.slopes_, products.slopes_->bytes());
     }
+    const auto checked = static_cast<std::uint32_t>(checked_.size());
+    const auto check = [&](std::uint32_t step, std::uint32_t groups, std::uint32_t rows) {
+        work.dispatch(*products.check_,
+                      bytes_of(CheckPush{step, padded, extent_.materials(), count, checked}),
+                      groups, rows, pair_work(check_units(*metric_)));
+    };
+    if (products.check_) {
+        check(0, 1, 1);
+        if (checked > 0) {
+            check(1, checked, blocks);
+        }
+    }
+    const bool asks_degree = products.degree_ && !std::exchange(knows_degree_, true);
+    const auto degree = [&](std::uint32_t step, std::uint32_t groups) {
+        work.dispatch(*products.degree_, bytes_of(DegreePush{step, kDegreeNumbers}), groups, 1,
+                      pair_work(1));
+    };
+    if (asks_degree) {
+        const std::uint32_t of_group = kDegreeNumbersOfInvocation * subgroup_size_;
+        degree(0, kDegreeNumbers / of_group + 1);
+    }
     const std::uint32_t rows = count * tiles_.side;  // of all tiles
     if (metric_->has_degree()) {
         pairs(products.difference_, products.diagonal_difference_, 1);
@@ -447,10 +508,9 @@ void VulkanMetric::record(PacedWork& work, Products& products, std::uint32_t vox
     }
     submission.download(products.sums_, products.sums_.bytes());
     if (products.check_) {
-        for (std::uint32_t step = 0; step < 3; ++step) {
-            work.dispatch(*products.check_,
-                          bytes_of(CheckPush{step, padded, extent_.materials(), rows}),
-                          step == 1 ? rows : 1, step == 1 ? blocks : 1, pair_work(tiles_.side));
+        check(2, 1, 1);
+        if (asks_degree) {
+            degree(1, 1);
         }
         submission.download(*products.finding_, sizeof(Finding));
     }

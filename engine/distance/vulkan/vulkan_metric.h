@@ -49,7 +49,7 @@ struct DeviceExtent {
     std::uint64_t ranges_bytes(const Metric& metric) const;
     std::uint64_t norms_bytes(const Metric& metric) const;
     std::uint64_t sums_bytes(const Metric& metric) const;
-    std::uint64_t places_bytes(const Metric& metric) const;
+    std::uint64_t places_bytes(const Metric& metric) const;  // and of the pairs that are checked
 };
 
 /// What the metrics need of a device with these limits: EngineNeeds as Engine::needs() has them.
@@ -102,7 +102,8 @@ class VulkanMetric {
         std::optional<device::Buffer> norms_;   // [block][material], with has_norms()
         std::optional<device::Buffer> finding_;
         std::optional<device::BoundKernel> weigh_, prepare_, difference_, diagonal_difference_;
-        std::optional<device::BoundKernel> norm_, range_, slope_, diagonal_slope_, check_;
+        std::optional<device::BoundKernel> norm_, range_, slope_, diagonal_slope_;
+        std::optional<device::BoundKernel> check_, degree_;
     };
 
     /// Bytes of memory beside that of the device.
@@ -120,7 +121,7 @@ class VulkanMetric {
     /// Records everything for a slab of `voxels` voxels, filled up to `blocks` blocks. Marks twice:
     /// after the grid is made, and after the differences.
     void record(device::PacedWork& work, Products& products, std::uint32_t voxels,
-                std::uint32_t blocks) const;
+                std::uint32_t blocks);
 
     /// The seconds up to either mark of a slab that is finished: what comes next is cut by them.
     void measured(const Products& products, double grid_seconds, double pair_seconds);
@@ -128,7 +129,7 @@ class VulkanMetric {
     /// Adds the sums of a slab to the totals, each pair's in the order of the blocks.
     void add(const Products& products, std::uint32_t blocks);
 
-    /// What check.comp found wrong in a slab that is finished; nullptr when nothing is.
+    /// What kernels found wrong in a slab that is finished; nullptr when nothing is.
     static const Finding* finding(const Products& products);
 
     /// The distances, after the last slab.
@@ -142,14 +143,17 @@ class VulkanMetric {
     DeviceExtent extent_;
     PairTiles tiles_;
     PairTotals totals_;
-    device::Buffer places_;              // of the tiles, PairTiles::Place [tile]
+    std::vector<MaterialPair> checked_;  // pairs that check.comp looks at
+    device::Buffer places_;              // of the tiles, PairTiles::Place [tile], and these
+    bool knows_degree_ = false;          // whether degree.comp was recorded
     bool has_places_ = false;            // the device
     device::WorkBudget grid_budget_;     // in blocks of a material
     device::WorkBudget pair_budget_;     // in blocks of a pair
     std::vector<BlockWeights> weights_;  // where the host makes the grids
+    std::uint32_t subgroup_size_;
     std::optional<device::Kernel> weigh_, prepare_;
     std::optional<device::Kernel> difference_, diagonal_difference_;
-    std::optional<device::Kernel> norm_, range_, slope_, diagonal_slope_, check_;
+    std::optional<device::Kernel> norm_, range_, slope_, diagonal_slope_, check_, degree_;
 };
 
 }  // namespace merl::engine

@@ -67,7 +67,9 @@ std::string what_is_wrong(const Finding& f, const Metric& metric) {
                 arguments, f.there, metric.header.degree_text, metric.header.degree_text);
         case Finding::fault:
             return fmt::format("difference({}) {}", arguments,
-                               faults(static_cast<std::uint32_t>(f.there)));
+                               f.there == 0 ? "is not a number that is zero or more, or not the "
+                                              "same one way and the other"
+                                            : faults(static_cast<std::uint32_t>(f.there)));
         case Finding::fine:
             break;
     }
@@ -89,6 +91,9 @@ std::string place(const Database& database, std::uint64_t file_index) {
 
 std::string explain(const Finding& finding, const Metric& metric, const Database& database,
                     std::uint64_t file_index) {
+    if (finding.first_material == Finding::kNone) {
+        return fmt::format("{}: {}", metric.file, what_is_wrong(finding, metric));
+    }
     return fmt::format("{}: {}; {}, materials {} and {}", metric.file,
                        what_is_wrong(finding, metric), place(database, file_index),
                        sample_text(database, finding.first_material, file_index),

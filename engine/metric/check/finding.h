@@ -10,7 +10,7 @@
 
 namespace merl::engine {
 
-/// What shaders/framework/check.comp found wrong with a metric, as it writes it.
+/// What kernels found wrong with a metric (shaders/framework/finding.glsl), as they write it.
 struct Finding {
     enum Kind : std::uint32_t {
         fine,
@@ -23,9 +23,9 @@ struct Finding {
         not_degree,  // it is not |d|^degree
         fault        // it went wrong on the way
     };
-    std::uint32_t group;
+    std::array<std::uint32_t, 4> places;  // the kernels' own
     Kind kind;
-    std::uint32_t first_material;
+    std::uint32_t first_material;  // kNone of what does not depend on materials
     std::uint32_t second_material;
     std::uint32_t voxel;  // of the slab
     std::uint32_t channel;
@@ -43,7 +43,7 @@ struct Finding {
 };
 
 /// One line for the user: what is wrong, at which voxel, between which materials, with which
-/// numbers. `file_index` is the voxel's.
+/// numbers. `file_index` is the voxel's, of a finding that has materials.
 std::string explain(const Finding& finding, const Metric& metric, const Database& database,
                     std::uint64_t file_index);
 

@@ -25,13 +25,69 @@ class Library(Case):
         self.assertEqual(header[2:4], ["pawcielab:white=2", "mine.glsl:white=2"])
         for row in rows:
             self.assertLess(abs(float(row[2]) / float(row[3]) - 1), 1e-6)
-            self.assertEqual(row[6:], ["float32", "float32"])
+            self.assertEqual(row[6], row[7])
         summary = read_json(results / "summary.json")
         self.assertEqual(summary["metrics"], header[2:4])
-        self.assertFalse(summary["exact"])  # it has no float64 twin
+        self.assertTrue(summary["exact"])  # the device refines what has no twin
+        self.assertEqual(summary["refined_by"], {header[2]: "host", header[3]: "vulkan"})
 
     def test_show_refuses_what_is_not_there(self):
         self.assert_refused(USAGE, ["nothing", "pawcielab"], "metrics", "show", "nothing")
+
+
+class Exact(Case):
+    """A user's metric with a degree is as exact as the library's, and refined to its numbers."""
+
+    GRID = "--grid", "18x18x36"
+
+    def of(self, metrics, out, *options):
+        results = self.scan("--metrics", metrics, *self.GRID, *options, out=out)
+        summary = read_json(results / "summary.json")
+        return summary, read_csv(results / "pairs.csv"), (results / "selection.csv").read_text()
+
+    def copies(self):
+        for name in "cwcbrt", "pawcielab":
+            text = self.assert_success("metrics", "show", name)
+            (self.work / f"{name}.glsl").write_text(text)
+
+    def test_of_a_copy_of_the_library(self):
+        self.copies()
+        library, (_, expected), selected = self.of("cwcbrt,pawcielab", "library")
+        self.assertTrue(library["exact"])
+        for options in [], ["--memory", "64M"], ["--threads", "1"]:
+            mine, (_, rows), selection = self.of("cwcbrt.glsl,pawcielab.glsl", "mine", "--force", *options)
+            self.assertTrue(mine["exact"])
+            self.assertGreater(min(mine["refined_distances"].values()), 10)
+            self.assertEqual(set(mine["refined_by"].values()), {"vulkan"})
+            for key in "disagreements", "counts":
+                self.assertEqual(mine[key], library[key])
+            self.assertEqual([line.split(",")[:4] for line in selection.splitlines()[1:]],
+                             [line.split(",")[:4] for line in selected.splitlines()[1:]])
+            refined = 0
+            for row, other in zip(rows, expected, strict=True):
+                for metric in 0, 1:
+                    if row[6 + metric] == other[6 + metric] == "float64":
+                        refined += 1
+                        self.assertLess(abs(float(row[2 + metric]) / float(other[2 + metric]) - 1), 1e-13)
+                        self.assertEqual(float(row[4 + metric]), 0)
+            self.assertGreater(refined, 10)
+
+    def test_beside_one_of_the_library_and_fast(self):
+        self.copies()
+        library = self.of("cwcbrt,pawcielab", "library")[0]
+        mixed = self.of("cwcbrt.glsl,pawcielab", "mixed")[0]
+        self.assertTrue(mixed["exact"])
+        self.assertEqual(mixed["disagreements"], library["disagreements"])
+        self.assertEqual(mixed["refined_by"], {"cwcbrt.glsl": "vulkan", "pawcielab": "host"})
+        fast = self.of("cwcbrt.glsl,pawcielab", "fast", "--fast")[0]
+        self.assertFalse(fast["exact"])
+        self.assertEqual(set(fast["refined_distances"].values()), {0})
+
+    def test_without_a_degree_it_is_not(self):
+        (self.work / "mine.glsl").write_text(TRANSFORM + WEIGHT + DIFFERENCE)
+        summary = self.of("cwcbrt,mine.glsl", "mine")[0]
+        self.assertFalse(summary["exact"])
+        self.assertEqual(summary["refined_by"], {"cwcbrt": "host", "mine.glsl": None})
 
 
 class WithDatabase(Case):

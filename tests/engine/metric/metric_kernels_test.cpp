@@ -29,7 +29,7 @@ void expect_valid(const std::vector<std::uint32_t>& spirv, const std::string& wh
 void expect_valid(const Metric& metric, const device::FloatControls& floats = {.float64 = true}) {
     const auto kernels = compile_kernels(metric, floats);
     for (const auto* kernel : {&kernels.weigh, &kernels.prepare, &kernels.norms, &kernels.ranges,
-                               &kernels.slopes, &kernels.check}) {
+                               &kernels.slopes, &kernels.check, &kernels.degree}) {
         if (!kernel->empty()) {
             expect_valid(*kernel, metric.name + " beside the difference");
         }
@@ -45,6 +45,13 @@ void expect_valid(const Metric& metric, const device::FloatControls& floats = {.
         return;
     }
     expect_valid(kernels.difference, metric.name + " difference");
+    EXPECT_EQ(kernels.degree.empty(), metric.has_twin() || !metric.has_degree());
+    if (metric.has_degree() && floats.float64) {
+        const auto float64 = compile_float64_kernels(metric, floats);
+        for (const auto* kernel : {&float64.weigh, &float64.grid, &float64.sums}) {
+            expect_valid(*kernel, metric.name + " in float64");
+        }
+    }
 }
 
 TEST(MetricKernels, OfTheWholeLibraryAreValid) {

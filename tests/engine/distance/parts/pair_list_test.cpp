@@ -42,6 +42,18 @@ TEST(PairList, KnowsWhatIsInAPair) {
     EXPECT_EQ(PairList(3).paired(), (Materials{0, 1, 2}));
 }
 
+/// Every material that is in a pair is in one of few.
+TEST(PairList, CoversItsMaterials) {
+    EXPECT_EQ(PairList(4).covering(), (Pairs{{0, 1}, {2, 3}}));
+    EXPECT_EQ(PairList(5).covering(), (Pairs{{0, 1}, {2, 3}, {0, 4}}));
+    EXPECT_EQ(PairList(1).covering(), Pairs());
+    EXPECT_EQ(PairList(1001).covering().size(), 501U);
+    const Pairs star = {{0, 5}, {1, 5}, {2, 5}, {5, 6}};
+    EXPECT_EQ(PairList(8, star).covering(), star);
+    const Pairs path = {{0, 1}, {1, 2}, {2, 3}, {6, 7}};
+    EXPECT_EQ(PairList(8, path).covering(), (Pairs{{0, 1}, {2, 3}, {6, 7}}));
+}
+
 TEST(PairList, OfAllIsAsGoodAsNone) {
     const Pairs all = {{0, 1}, {0, 2}, {1, 2}};
     const PairList list(3, all);
