@@ -1,6 +1,9 @@
 // With MPI.
 #include "app/cli/ranks.h"
 
+// The interface of C alone.
+#define OMPI_SKIP_MPICXX 1
+#define MPICH_SKIP_MPICXX 1
 #include <mpi.h>
 
 #include <atomic>

@@ -138,7 +138,7 @@ Lines work_lines(const Work& own, Ranks& ranks) {
     return {
         {"computed", fmt::format("{} by {}", counted(tiles, "tile"),
                                  ranks.count() == 1 ? std::string("one process")
-                                                    : counted(ranks.count(), "process") + "es")},
+                                                    : fmt::format("{} processes", ranks.count()))},
         {"each tile",
          fmt::format("{:.2f} s, {:.1f} MiB of samples read, on average; at most {:.1f} MiB of "
                      "memory",

@@ -31,7 +31,7 @@ std::string npy_header(std::span<const std::uint64_t> sides) {
     constexpr std::size_t kAlignment = 64;
     constexpr std::string_view kMagic("\x93NUMPY\x01\x00", 8);
     const std::string shape = fmt::format(
-        "{{'descr': '<f8', 'fortran_order': False, 'shape': ({},), }}", fmt::join(sides, ", "));
+        "{{'descr': '<f8', 'fortran_order': False, 'shape': ({}), }}", fmt::join(sides, ", "));
     const std::size_t bytes =
         (kMagic.size() + 2 + shape.size() + 1 + kAlignment - 1) / kAlignment * kAlignment;
     const std::size_t rest = bytes - kMagic.size() - 2;

@@ -10,7 +10,7 @@ namespace merl::app {
 
 // Arrays of float64 as NumPy stores them (format 1.0 of numpy.lib.format), row by row.
 
-/// What the file of an array of these sides begins with: so many bytes that numbers after it are
+/// What the file of an array of these sides, two or more, begins with: so many bytes that numbers after it are
 /// where vectors like them.
 std::string npy_header(std::span<const std::uint64_t> sides);
 

@@ -58,6 +58,9 @@ DistanceTile compute_tile(engine::Engines& engines, const engine::Database& data
         place(of_metric.values, rectangle, &tile.numbers[2 * m * plane]);
         place(of_metric.bounds, rectangle, &tile.numbers[(2 * m + 1) * plane]);
     }
+    // Copies come last. They are to be looked for among all materials, by add_materials().
+    const auto copies = engine::copies_among(materials->materials(), computed.material_hashes);
+    computed.warnings.resize(computed.warnings.size() - copies.size());
     tile.plane_hashes = std::move(computed.plane_hashes);
     tile.counts = std::move(computed.counts);
     tile.voxels = computed.voxels;

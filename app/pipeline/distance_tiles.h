@@ -31,7 +31,8 @@ struct DistanceTile {
     std::vector<std::string> plane_hashes;       // of the rows, then of columns that are no rows
     std::vector<engine::MaterialCounts> counts;  // likewise
     std::uint64_t voxels = 0;                    // above the horizon
-    std::vector<std::string> warnings;           // of these materials and metrics, one line each
+    std::vector<std::string> warnings;           // of these materials and metrics, one line each;
+                                                 // not of copies
     double seconds = 0;
     std::uint64_t peak_bytes = 0;  // of the engines
 };

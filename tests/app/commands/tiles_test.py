@@ -263,7 +263,7 @@ class Tiles(Case):
         array.unlink()
         array.mkdir()
         scan_refuses(["tile-00004.npy"])
-        self.refuse(OUTPUT, ["tile-00004.npy"])
+        self.refuse(OUTPUT, ["tile-00004.npy"], "--quiet")
 
     def test_a_damaged_manifest(self):
         self.distances()
@@ -356,11 +356,12 @@ class Tiles(Case):
                    [[f"m{i:02}", f"m{i + 7:02}", i % 5] for i in range(12)])
         for of, names in (["--judgements", "said.csv"], ["score.csv", "score_pairs.csv"]), \
                 (["--ratings", "rated.csv"], ["ratings.csv", "rating_scores.csv"]):
-            self.assert_success("score", "--distances", "work", *of, "--force", "--out", "read")
-            self.assert_success("score", "--database", "db", "--metrics", METRICS, "--device", "host", *of, "--force",
-                                "--out", "direct")
+            self.assert_success("score", "--distances", "work", *of, "--out", f"read{of[0]}")
+            self.assert_success("score", "--database", "db", "--metrics", METRICS, "--device", "host", *of,
+                                "--out", f"direct{of[0]}")
             for name in names:
-                self.assertEqual((self.work / "read" / name).read_bytes(), (self.work / "direct" / name).read_bytes())
+                self.assertEqual((self.work / f"read{of[0]}" / name).read_bytes(),
+                                 (self.work / f"direct{of[0]}" / name).read_bytes())
 
     def test_joined_databases(self):
         """Whose summary has the hash of each, and which are found again."""
@@ -408,13 +409,15 @@ class Tiles(Case):
 class OnMpi(Case):
     """Processes of one machine, which is what a test can have."""
 
-    GRID_OPTIONS = ["--grid", "18x18x36", "--metrics", "cwcbrt,pawcielab", "--device", "host", "--threads", "1"]
+    OPTIONS = ["--metrics", "cwcbrt,pawcielab", "--device", "host", "--threads", "1"]
+    GRID_OPTIONS = ["--grid", "18x18x36", *OPTIONS]
+    LONGER = ["--grid", "30x30x60", *OPTIONS]  # some seconds
 
     def mpirun(self, ranks, *arguments):
         return ([MPIRUN, "--allow-run-as-root", "--oversubscribe", "-n", str(ranks), PROGRAM, *map(str, arguments)])
 
     def compute(self, ranks, out, *options):
-        result = subprocess.run(self.mpirun(ranks, "distances", *self.GRID_OPTIONS, "--out", out, *options),
+        result = subprocess.run(self.mpirun(ranks, "distances", *(options or self.GRID_OPTIONS), "--out", out),
                                 cwd=self.work, capture_output=True, text=True, check=False, timeout=300)
         self.assertEqual((result.returncode, result.stderr), (0, ""), result.stdout)
         return result.stdout
@@ -456,8 +459,8 @@ class OnMpi(Case):
         return sorted(found)
 
     def test_a_rank_is_killed(self):
-        self.compute(2, "whole")
-        with subprocess.Popen(self.mpirun(3, "distances", *self.GRID_OPTIONS, "--out", "work"), cwd=self.work,
+        self.compute(2, "whole", *self.LONGER)
+        with subprocess.Popen(self.mpirun(3, "distances", *self.LONGER, "--out", "work"), cwd=self.work,
                               stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True) as launcher:
             end = time.monotonic() + 120
             while len(list((self.work / "work").glob("*.npy"))) < 3:
@@ -470,7 +473,7 @@ class OnMpi(Case):
         left = {path.name for path in (self.work / "work").glob("*.npy")}
         self.assertLess(len(left), 36)
         times = {name: (self.work / "work" / name).stat().st_mtime_ns for name in left}
-        output = self.compute(2, "work")
+        output = self.compute(2, "work", *self.LONGER)
         self.assertRegex(output, rf"(?m)^tiles +{len(left)} of 36 are there, {36 - len(left)} to compute$")
         self.assertRegex(output, rf"(?m)^computed +{36 - len(left)} tiles? by 2 processes$")
         self.assertEqual(tree(self.work / "work"), tree(self.work / "whole"))
@@ -478,7 +481,7 @@ class OnMpi(Case):
             self.assertEqual((self.work / "work" / name).stat().st_mtime_ns, time_ns)
 
     def test_a_rank_that_fails_ends_all(self):
-        self.compute(1, "work", "--tile", 20)
+        self.compute(1, "work", *self.GRID_OPTIONS, "--tile", 20)
         result = subprocess.run(self.mpirun(3, "distances", *self.GRID_OPTIONS, "--out", "work", "--tile", 10),
                                 cwd=self.work, capture_output=True, text=True, check=False, timeout=60)
         self.assertEqual(result.returncode, INPUT)
