@@ -260,6 +260,7 @@ class Tiles(Case):
                         self.assertEqual(result.returncode, INPUT, bad)
                         self.assertIn("tile-00004.json", self.only_line(result.stderr))
                 shutil.rmtree(self.work / "none", ignore_errors=True)
+        record.write_text(said)
         array.unlink()
         array.mkdir()
         scan_refuses(["tile-00004.npy"])
