@@ -377,7 +377,7 @@ TEST(Distances, OfMorePairsThanFitIntoTheMemoryAreTheSame) {
         [](std::size_t m, std::uint64_t v, std::size_t c) {
             return v == 7 && m % 50 == 0 ? -1 : test::random_sample(m % 300, v, c);
         });
-    constexpr std::uint64_t kMemory = 11'000'000;
+    constexpr std::uint64_t kMemory = 8'000'000;
     const Metric* const chosen[] = {&find_metric("cwcbrt"), &find_metric("pawcielab")};
     for (const bool in_shaders : {false, true}) {
         auto& engines = test::engines(in_shaders);
