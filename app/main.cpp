@@ -14,6 +14,7 @@
 #include "app/cli/exit_status.h"
 #include "app/cli/guard.h"
 #include "app/cli/interrupt.h"
+#include "app/cli/ranks.h"
 #include "app/cli/terminal.h"
 #include "app/commands/commands.h"
 #include "app/output/output_directory.h"
@@ -105,6 +106,7 @@ int run(int argc, char** argv) {
         "128 + signal when interrupted.");
     Command chosen;
     add_scan(program, chosen);
+    add_distances(program, chosen);
     add_compare(program, chosen);
     add_score(program, chosen);
     add_tune(program, chosen);
@@ -136,10 +138,8 @@ int run(int argc, char** argv) {
     return status;
 }
 
-}  // namespace
-
 /// Whatever goes wrong becomes one line and an exit status.
-int main(int argc, char** argv) {
+int status_of_run(int argc, char** argv) {
     try {
         open_standard_files();
         return run(argc, argv);
@@ -180,4 +180,12 @@ int main(int argc, char** argv) {
         }
         return complain("internal error: ", error.what(), kInternal);
     }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    const int status = status_of_run(argc, argv);
+    end_ranks(status);
+    return status;
 }

@@ -3,6 +3,7 @@
 #     scripts/setup.sh program     what merl-scan itself needs, and builds it
 #     scripts/setup.sh tests       with what the tests need, and builds everything
 # Both build the same files in the same way, so what one has built the other does not build again.
+# The first builds without MPI unless that is there already (libopenmpi-dev; docs/many-machines.md).
 # Further arguments go to CMake.
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -22,6 +23,7 @@ tests)
     packages+=(
         python3 spirv-tools vulkan-validationlayers chromium   # what tests run
         libgtest-dev libgmock-dev libbenchmark-dev             # what they are made of
+        libopenmpi-dev openmpi-bin                             # several processes of `distances`
         clang-format clang-tidy clang libclang-rt-dev          # style, a second compiler, its sanitizers
     )
     ;;

@@ -35,6 +35,7 @@ std::atomic<std::int64_t> noted_at = std::numeric_limits<std::int64_t>::max();
 std::atomic<int> finishing = 0;  // what only a second signal ends
 static_assert(std::atomic<int>::is_always_lock_free &&
               std::atomic<std::int64_t>::is_always_lock_free);
+std::atomic<const char*> outcome = "nothing was written";
 int wake_up = -1;  // the end of a pipe that the handler writes to
 
 /// What to remove when work is ended.
@@ -119,6 +120,7 @@ void catch_interrupts() {
     }
     std::signal(SIGINT, note_signal);
     std::signal(SIGTERM, note_signal);
+    std::signal(SIGUSR1, note_signal);
     if (std::signal(SIGHUP, note_signal) == SIG_IGN) {
         std::signal(SIGHUP, SIG_IGN);  // nohup
     }
@@ -152,11 +154,15 @@ Finishing::~Finishing() {
     --finishing;
 }
 
+void say_when_interrupted(const char* what) {
+    outcome = what;
+}
+
 void say_interrupted() {
     static std::atomic_flag said;
     if (!said.test_and_set()) {
         clear_progress();
-        std::fputs("merl-scan: interrupted; nothing was written\n", stderr);
+        std::fprintf(stderr, "merl-scan: interrupted; %s\n", outcome.load());
     }
 }
 

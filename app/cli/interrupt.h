@@ -5,7 +5,7 @@
 
 namespace merl::app {
 
-/// Thrown when the user asked the program to stop (SIGINT, SIGTERM or SIGHUP).
+/// Thrown when the user asked the program to stop (SIGINT, SIGTERM, SIGUSR1 or SIGHUP).
 class Interrupted : public std::exception {
   public:
     explicit Interrupted(int signal) : signal_(signal) {}
@@ -16,7 +16,8 @@ class Interrupted : public std::exception {
     int signal_;
 };
 
-/// From now on SIGINT, SIGTERM and, unless it was ignored, SIGHUP are only noted, and writing to a
+/// From now on SIGINT, SIGTERM, SIGUSR1, which batch systems send before time is up, and, unless it
+/// was ignored, SIGHUP are only noted, and writing to a
 /// closed pipe or beyond the largest file allowed is an error like any other: nothing half-written
 /// is left behind. Work that does not look at what was noted within a second, such as a driver that
 /// compiles, is ended all the same. A second signal ends the program at once; one that comes within
@@ -40,6 +41,9 @@ class Finishing {
     Finishing(const Finishing&) = delete;
     Finishing& operator=(const Finishing&) = delete;
 };
+
+/// What is said then of what was written, "nothing was written" otherwise; a literal.
+void say_when_interrupted(const char* what);
 
 /// Says once, on standard error, that the program was interrupted.
 void say_interrupted();

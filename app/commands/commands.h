@@ -11,6 +11,7 @@ using Command = std::function<int()>;
 // Each adds its subcommand with its options to the program's. When the user chooses it, `chosen`
 // becomes what there is to do. One file per subcommand.
 void add_scan(CLI::App& program, Command& chosen);
+void add_distances(CLI::App& program, Command& chosen);
 void add_compare(CLI::App& program, Command& chosen);
 void add_devices(CLI::App& program, Command& chosen);
 void add_metrics(CLI::App& program, Command& chosen);

@@ -26,7 +26,7 @@ namespace {
 
 using nlohmann::ordered_json;
 
-const MetricNeeds kMetrics = {.from_database = "all", .least = 2};
+const MetricNeeds kMetrics = {.from_database = "all", .least = 2, .refines = false};
 
 /// So many of the strongest disagreements of two metrics are named.
 constexpr std::uint32_t kStrongest = 5;

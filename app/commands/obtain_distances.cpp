@@ -10,7 +10,9 @@
 #include "app/cli/options.h"
 #include "app/cli/terminal.h"
 #include "app/cli/tried_device.h"
+#include "app/commands/tiled_distances.h"
 #include "app/output/json.h"
+#include "app/output/tile_folder.h"
 #include "app/pipeline/metrics.h"
 #include "engine/base/error.h"
 #include "engine/database/bad_files.h"
@@ -49,17 +51,11 @@ void try_metrics(std::span<const engine::Metric* const> metrics, engine::Engines
 template <typename Distances>
 Obtained<Distances> compute(const DistanceOptions& options, const MetricNeeds& needs,
                             const pipeline::Control& control, const auto& compute_them) {
-    const auto texts = split_list(options.metrics.value_or(needs.from_database), "--metrics");
-    auto metrics = pipeline::open_metrics(texts);
-    require_metrics(metrics.size(), needs);
-    auto opened = open_for_distances(options, std::move(metrics), control);
-    auto left_out = pipeline::leave_out_empty(opened.metrics, texts, opened.database->grid());
+    auto [opened, metrics, left_out] = open_computation(options, needs, control);
     Obtained<Distances> result;
-    result.opened = std::move(opened.metrics);
+    result.opened = std::move(opened.metrics);  // which stay where `metrics` says
+    result.metrics = std::move(metrics);
     result.database = std::move(opened.database);
-    for (const auto& metric : result.opened) {
-        result.metrics.push_back(&metric);
-    }
     with_memory_advice([&] {
         result.distances = compute_them(*opened.engines, *result.database, result.metrics);
     });
@@ -84,13 +80,34 @@ Obtained<Distances> read(const DistanceOptions& options, const MetricNeeds& need
     return result;
 }
 
+/// `take_them(folder, columns)` reads the distances from a folder of tiles.
+template <typename Distances>
+Obtained<Distances> take(const DistanceOptions& options, const MetricNeeds& needs,
+                         const pipeline::Control& control, const auto& take_them) {
+    const TileFolder folder(options.distances);
+    const auto columns = tile_columns(folder, options, needs);
+    require_metrics(columns.size(), needs);
+    Obtained<Distances> result;
+    result.distances = take_them(folder, columns);
+    if (needs.refines) {
+        auto source = reopen_source(folder, result.distances.provenance, options, control);
+        result.database = std::move(source.database);
+        result.opened = std::move(source.metrics);
+        for (const auto& metric : result.opened) {
+            result.metrics.push_back(&metric);
+        }
+    }
+    return result;
+}
+
 template <typename Distances>
 Obtained<Distances> obtain(const DistanceOptions& options, const MetricNeeds& needs,
                            const pipeline::Control& control, const auto& compute_them,
-                           const auto& read_them) {
-    auto result = options.distances.empty()
-                      ? compute<Distances>(options, needs, control, compute_them)
-                      : read<Distances>(options, needs, read_them);
+                           const auto& read_them, const auto& take_them) {
+    auto result =
+        options.distances.empty() ? compute<Distances>(options, needs, control, compute_them)
+        : is_tile_folder(options.distances) ? take<Distances>(options, needs, control, take_them)
+                                            : read<Distances>(options, needs, read_them);
     std::ranges::for_each(result.distances.provenance.warnings, print_warning);
     return result;
 }
@@ -121,18 +138,25 @@ CLI::Option* add_distance_options(CLI::App& command, DistanceOptions& options,
         command
             .add_option(
                 "--distances", options.distances,
-                "A CSV file of distances to use instead: material_1,material_2 and a column "
-                "per metric")
+                "Distances to use instead: a CSV file with material_1,material_2 and a column per "
+                "metric, or what `merl-scan distances` wrote")
             ->transform(not_empty());
     command.add_option("--metrics", options.metrics,
                        fmt::format("Metrics, separated by commas, or all (default: {}); with "
-                                   "--distances its columns (default: all)",
+                                   "--distances of its columns (default: all)",
                                    needs.from_database));
     const auto [device, memory] = add_computing_options(command, options);
     computed_only.insert(computed_only.end(), {device, memory});
-    for (auto* other : computed_only) {
-        distances->excludes(other);
-    }
+    command.parse_complete_callback([distances, computed_only, &options] {
+        if (distances->count() == 0 || is_tile_folder(options.distances)) {
+            return;  // tiles are refined from their database
+        }
+        for (const auto* other : computed_only) {
+            if (other->count() > 0) {
+                throw CLI::ExcludesError(distances->get_name(), other->get_name());
+            }
+        }
+    });
     return distances;
 }
 
@@ -156,6 +180,21 @@ std::vector<std::string> split_list(const std::string& list, const std::string& 
         begin = end + 1;
     }
     return parts;
+}
+
+Computation open_computation(const DistanceOptions& options, const MetricNeeds& needs,
+                             const pipeline::Control& control) {
+    const auto texts = split_list(options.metrics.value_or(needs.from_database), "--metrics");
+    auto metrics = pipeline::open_metrics(texts);
+    require_metrics(metrics.size(), needs);
+    Computation result;
+    result.opened = open_for_distances(options, std::move(metrics), control);
+    result.left_out =
+        pipeline::leave_out_empty(result.opened.metrics, texts, result.opened.database->grid());
+    for (const auto& metric : result.opened.metrics) {
+        result.metrics.push_back(&metric);
+    }
+    return result;
 }
 
 OpenedDatabase open_for_distances(const DistanceOptions& options,
@@ -226,6 +265,9 @@ ObtainedDistances obtain_distances(const DistanceOptions& options, const MetricN
         },
         [&](const auto& columns) {
             return pipeline::read_pair_distances(options.distances, columns, control);
+        },
+        [&](const TileFolder& folder, const auto& columns) {
+            return folder.read(columns, control);
         });
 }
 
@@ -243,6 +285,9 @@ ObtainedListedDistances obtain_listed_distances(const DistanceOptions& options,
             auto all = pipeline::read_listed_distances(options.distances, columns, control);
             const auto pairs = pairs_of(all.table.names);
             return pipeline::pick_distances(std::move(all), pairs);
+        },
+        [&](const TileFolder& folder, const auto& columns) {
+            return folder.read_listed(columns, pairs_of(folder.manifest().materials()), control);
         });
 }
 

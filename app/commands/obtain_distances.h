@@ -32,7 +32,7 @@ inline constexpr const char* kMetricsHelp =
 /// with what.
 struct DistanceOptions {
     DatabaseOptions database;
-    std::string distances;               // a table to read instead
+    std::string distances;               // a table or a folder of tiles to read instead
     std::optional<std::string> metrics;  // separated by commas, or "all"
     std::string device;
     std::uint64_t memory = 1ULL << 30U;
@@ -44,6 +44,7 @@ struct MetricNeeds {
     std::string from_database;  // what --metrics is without the option; a table gives all it has
     std::size_t least = 1;
     std::size_t most = 1000;
+    bool refines = true;  // whether it wants the database that distances of a folder are of
 };
 
 /// Adds the options of databases, --distances, --metrics, --device, --memory and --threads to a
@@ -75,6 +76,17 @@ OpenedDatabase open_for_distances(const DistanceOptions& options,
                                   std::vector<engine::Metric> metrics,
                                   const pipeline::Control& control);
 
+/// What is to be computed: the metrics of the options, or else those that are needed, of what they
+/// open. Throws what open_for_distances() throws, and Error (usage) where they are not as many as
+/// are needed.
+struct Computation {
+    OpenedDatabase opened;
+    std::vector<const engine::Metric*> metrics;  // those opened, in order
+    std::vector<std::string> left_out;           // metrics of "all", and why, one line each
+};
+Computation open_computation(const DistanceOptions& options, const MetricNeeds& needs,
+                             const pipeline::Control& control);
+
 /// Calls what computes distances; an error for want of memory then says which option bounds it.
 void with_memory_advice(const std::function<void()>& compute);
 
@@ -82,7 +94,8 @@ void with_memory_advice(const std::function<void()>& compute);
 /// twice; `option` is the option's name in that.
 std::vector<std::string> split_list(const std::string& list, const std::string& option);
 
-/// Distances, and what can recompute one: null and empty when a table was read.
+/// Distances, and what can recompute one: null and empty when a table was read, or a folder of
+/// tiles whose database cannot be had.
 template <typename Distances>
 struct Obtained {
     Distances distances;
@@ -94,9 +107,9 @@ struct Obtained {
 using ObtainedDistances = Obtained<pipeline::PairDistances>;
 using ObtainedListedDistances = Obtained<pipeline::ListedPairDistances>;
 
-/// Computes the distances, every material read once for all metrics, or reads the table. Prints
-/// warnings. Throws Error (usage when there are not as many metrics as needed, input, device) and
-/// Interrupted.
+/// Computes the distances, every material read once for all metrics, or reads the table or the
+/// folder. Prints warnings. Throws Error (usage when there are not as many metrics as needed,
+/// input, device) and Interrupted.
 ObtainedDistances obtain_distances(const DistanceOptions& options, const MetricNeeds& needs,
                                    const pipeline::Control& control);
 

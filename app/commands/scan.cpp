@@ -21,6 +21,7 @@
 #include "app/output/json.h"
 #include "app/output/output_directory.h"
 #include "app/output/provenance.h"
+#include "app/output/tile_folder.h"
 #include "engine/base/error.h"
 #include "engine/base/stopwatch.h"
 #include "engine/base/text.h"
@@ -265,7 +266,7 @@ void add_scan(CLI::App& program, Command& chosen) {
         "scan",
         "All pair distances under two metrics, all disagreements, and the configurations for "
         "judges");
-    auto* distances = add_distance_options(*command, options->distances, kMetrics);
+    add_distance_options(*command, options->distances, kMetrics);
     auto* reference =
         command
             ->add_option("--reference", options->reference,
@@ -292,10 +293,9 @@ void add_scan(CLI::App& program, Command& chosen) {
         ->add_option("--disagreements", options->disagreements,
                      "Write only the strongest N disagreements, 0 for none (default: all)")
         ->transform(whole_number(0, std::numeric_limits<std::uint64_t>::max()));
-    distances->excludes(
-        command->add_flag("--fast", options->fast,
-                          "Refine only what the selection rests on: the number of disagreements "
-                          "is between bounds (with --reference: refine nothing)"));
+    command->add_flag("--fast", options->fast,
+                      "Refine only what the selection rests on: the number of disagreements is "
+                      "between bounds (with --reference: refine nothing)");
     add_quiet_option(*command, options->quiet);
     command->footer(
         std::string("Writes pairs.csv, disagreements.csv, selection.csv and summary.json "
@@ -320,6 +320,10 @@ void add_scan(CLI::App& program, Command& chosen) {
         "  merl-scan scan --distances network.csv --metrics lpips,cwcbrt --out results\n"
         "  merl-scan scan --select 20 --per-material 3 --device llvmpipe --memory 256M --force");
     command->callback([&chosen, options] {
+        if (options->fast && !options->distances.distances.empty() &&
+            !is_tile_folder(options->distances.distances)) {
+            throw CLI::ExcludesError("--distances", "--fast");  // of a table all is exact
+        }
         chosen = [options] {
             return options->reference.empty() ? run(*options) : run_reference_scan(*options);
         };

@@ -525,8 +525,10 @@ int run_reference_scan(const ScanCommandOptions& options) {
         {options.distances.distances});
     const auto device = sphere_device(options, control);
     scan::Approximations approximations;
+    auto needs = kMetrics;
+    needs.refines = !options.fast;
     auto obtained = obtain_listed_distances(
-        options.distances, kMetrics,
+        options.distances, needs,
         [&](std::span<const std::string> names) {
             try {
                 approximations = scan::find_approximations(names, options.reference);

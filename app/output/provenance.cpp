@@ -123,6 +123,11 @@ ordered_json source_json(const pipeline::Provenance& provenance) {
     if (provenance.database) {
         auto json = database_json(*provenance.database);
         json["metrics_left_out"] = texts_json(provenance.left_out);
+        if (const auto& tiles = provenance.tiles) {
+            json["tiles"] = {{"folder", as_utf8(tiles->folder)},
+                             {"manifest_hash", tiles->content_hash},
+                             {"count", tiles->tiles}};
+        }
         return json;
     }
     return {{"distances",
@@ -162,6 +167,10 @@ Lines source_lines(const pipeline::Provenance& provenance, std::size_t materials
                 lines.empty() ? "databases" : "",
                 fmt::format("{}: {} of {}, {}", part.label, counted(part.materials, "material"),
                             part.name, part.kind));
+        }
+        if (const auto& tiles = provenance.tiles) {
+            lines.emplace_back("distances",
+                               fmt::format("{}, {}", tiles->folder, counted(tiles->tiles, "tile")));
         }
         lines.emplace_back("materials", fmt::format("{}, of {} samples each", number,
                                                     fmt::group_digits(database->grid.voxels())));

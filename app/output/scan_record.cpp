@@ -112,35 +112,6 @@ std::optional<engine::PhiDRange> unusual_range(const std::optional<engine::Grid>
     return is_usual ? std::nullopt : std::optional(grid->phi_d_range);
 }
 
-ScanRecord record_of(const ordered_json& json, const std::string& summary) {
-    ScanRecord record;
-    record.summary = summary;
-    record.files = texts_of(json, "files");
-    record.selected_by = judged_metrics(json);
-    if (const auto reference = json.find("reference");
-        reference != json.end() && reference->is_object()) {
-        record.reference = text_of(*reference, "label");
-    }
-    for (const char* const key : {"database", "distances"}) {
-        if (json.contains(key) && json[key].is_object()) {
-            record.source[key] = json[key];
-        }
-    }
-    if (record.source.contains("database")) {
-        const auto& database = record.source["database"];
-        record.kind = text_of(database, "kind");
-        record.content_hash = text_of(database, "content_hash");
-        record.material_hashes = texts_of(database, "material_hashes");
-        record.grid = grid_of(database);
-        record.databases = recorded_databases(database);
-        record.phi_d_range = unusual_range(record.grid);
-        for (const auto& [material, reason] : texts_of(database, "skipped")) {
-            record.skipped.push_back({material, from_utf8(reason)});
-        }
-    }
-    return record;
-}
-
 /// Whether a summary without hashes of files may be that of a selection.
 bool counts_the_same(const ordered_json& json, const scan::SelectionFile& selection) {
     const auto& configurations = selection.configurations;
@@ -180,6 +151,35 @@ std::string name_of(const RecordedDatabase& database, const std::string& summary
 }
 
 }  // namespace
+
+ScanRecord record_of(const ordered_json& json, const std::string& summary) {
+    ScanRecord record;
+    record.summary = summary;
+    record.files = texts_of(json, "files");
+    record.selected_by = judged_metrics(json);
+    if (const auto reference = json.find("reference");
+        reference != json.end() && reference->is_object()) {
+        record.reference = text_of(*reference, "label");
+    }
+    for (const char* const key : {"database", "distances"}) {
+        if (json.contains(key) && json[key].is_object()) {
+            record.source[key] = json[key];
+        }
+    }
+    if (record.source.contains("database")) {
+        const auto& database = record.source["database"];
+        record.kind = text_of(database, "kind");
+        record.content_hash = text_of(database, "content_hash");
+        record.material_hashes = texts_of(database, "material_hashes");
+        record.grid = grid_of(database);
+        record.databases = recorded_databases(database);
+        record.phi_d_range = unusual_range(record.grid);
+        for (const auto& [material, reason] : texts_of(database, "skipped")) {
+            record.skipped.push_back({material, from_utf8(reason)});
+        }
+    }
+    return record;
+}
 
 FoundRecord find_scan_record(const std::string& file, const std::string& name,
                              const std::string& hash, const scan::SelectionFile* selection) {

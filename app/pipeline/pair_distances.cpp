@@ -18,25 +18,6 @@
 namespace merl::pipeline {
 namespace {
 
-MetricProvenance provenance_of(const engine::Metric& metric) {
-    const auto& header = metric.header;
-    MetricProvenance result = {.name = metric.name,
-                               .title = header.title,
-                               .formula = header.formula,
-                               .source = header.source,
-                               .note = header.note,
-                               .parameters = {},
-                               .fitted = header.fitted,
-                               .is_pseudometric = metric.is_pseudometric(),
-                               .refined_by = !metric.can_be_refined() ? ""
-                                             : metric.has_twin()      ? "host"
-                                                                      : "vulkan"};
-    for (std::size_t p = 0; p < header.parameters.size(); ++p) {
-        result.parameters.emplace_back(header.parameters[p].name, metric.parameters[p]);
-    }
-    return result;
-}
-
 /// Distances, whichever pairs they are of.
 struct Computed {
     std::vector<scan::MetricColumn> columns;
@@ -48,21 +29,14 @@ Computed compute(engine::Engines& engines, const engine::Database& database,
                  std::span<const engine::Metric* const> metrics,
                  std::span<const engine::MaterialPair> pairs, std::uint64_t memory_bytes,
                  const Control& control) {
-    if (database.materials().size() < 2) {
-        const auto skipped = engine::reasons(database.skipped());
-        throw InputError(
-            fmt::format("{}: found {} material{}; distances need at least two{}{}", database.name(),
-                        database.materials().size(), database.materials().size() == 1 ? "" : "s",
-                        skipped.empty() ? "" : "; left out: ", fmt::join(skipped, "; ")));
-    }
-    engine::require_usable(database);
+    require_pairs(database);
     auto computed = engine::compute_distances(
         engines, database, metrics,
         {.memory_bytes = memory_bytes, .pairs = pairs, .progress = control.stage("distances")});
     Computed result;
     auto& provenance = result.provenance;
     provenance.version = kVersion;
-    provenance.database = pipeline::provenance_of(database, computed);
+    provenance.database = provenance_of(database, computed);
     for (std::size_t m = 0; m < metrics.size(); ++m) {
         provenance.metrics.push_back(provenance_of(*metrics[m]));
         result.columns.push_back({metrics[m]->name, std::move(computed.distances[m].values),
@@ -101,6 +75,36 @@ Distances read(const std::string& file, const Control& control, const auto& pars
 }
 
 }  // namespace
+
+void require_pairs(const engine::Database& database) {
+    if (database.materials().size() < 2) {
+        const auto skipped = engine::reasons(database.skipped());
+        throw InputError(
+            fmt::format("{}: found {} material{}; distances need at least two{}{}", database.name(),
+                        database.materials().size(), database.materials().size() == 1 ? "" : "s",
+                        skipped.empty() ? "" : "; left out: ", fmt::join(skipped, "; ")));
+    }
+    engine::require_usable(database);
+}
+
+MetricProvenance provenance_of(const engine::Metric& metric) {
+    const auto& header = metric.header;
+    MetricProvenance result = {.name = metric.name,
+                               .title = header.title,
+                               .formula = header.formula,
+                               .source = header.source,
+                               .note = header.note,
+                               .parameters = {},
+                               .fitted = header.fitted,
+                               .is_pseudometric = metric.is_pseudometric(),
+                               .refined_by = !metric.can_be_refined() ? ""
+                                             : metric.has_twin()      ? "host"
+                                                                      : "vulkan"};
+    for (std::size_t p = 0; p < header.parameters.size(); ++p) {
+        result.parameters.emplace_back(header.parameters[p].name, metric.parameters[p]);
+    }
+    return result;
+}
 
 DatabaseProvenance provenance_of(const engine::Database& database,
                                  const engine::DistanceResult& computed) {

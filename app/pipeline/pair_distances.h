@@ -54,6 +54,13 @@ struct TableProvenance {
     std::string content_hash;
 };
 
+/// A folder of tiles that they were read from (distance_tiles.h).
+struct TilesProvenance {
+    std::string folder;
+    std::string content_hash;  // of its manifest
+    std::uint64_t tiles = 0;
+};
+
 struct MetricProvenance {
     std::string name;
     bool is_computed = true;  // otherwise only the name is known
@@ -75,6 +82,7 @@ struct Provenance {
     std::string version;                         // of the program
     std::optional<DatabaseProvenance> database;  // one of these two
     std::optional<TableProvenance> table;
+    std::optional<TilesProvenance> tiles;  // beside the database of which they are
     std::vector<MetricProvenance> metrics;
     std::vector<std::string> left_out;      // metrics of "all", and why, one line each
     std::vector<EngineProvenance> engines;  // none for a table
@@ -94,6 +102,12 @@ struct ListedPairDistances {
     scan::ListedDistances table;  // bounds as above
     Provenance provenance;
 };
+
+/// Throws InputError for a database that cannot be used or has fewer than two materials.
+void require_pairs(const engine::Database& database);
+
+/// What is known of a metric that computes.
+MetricProvenance provenance_of(const engine::Metric& metric);
 
 /// What is known of a database of which distances were computed.
 DatabaseProvenance provenance_of(const engine::Database& database,

@@ -43,16 +43,11 @@ SampleSink ContentHash::sink(std::size_t material) {
 
 std::string ContentHash::digest(const std::vector<std::string>& materials,
                                 const std::string& header, std::size_t first) const {
-    std::string all = header;
+    std::vector<std::string> of_all(materials.size());
     for (std::size_t i = 0; i < materials.size(); ++i) {
-        all += '\n' + materials[i] + planes_text(first + i);
+        of_all[i] = planes(first + i);
     }
-    return hash_of(all);
-}
-
-std::string ContentHash::material_digest(std::size_t material, const std::string& header) const {
-    const std::string all = header + '\n' + planes_text(material);
-    return hash_of(all);
+    return content_digest(materials, header, of_all);
 }
 
 bool ContentHash::same_planes(std::size_t material, std::size_t a, std::size_t b) const {
@@ -61,13 +56,27 @@ bool ContentHash::same_planes(std::size_t material, std::size_t a, std::size_t b
            planes.digest(a) == planes.digest(b);
 }
 
-/// The hashes of the three planes, a space before each.
-std::string ContentHash::planes_text(std::size_t material) const {
-    std::string text;
-    for (std::size_t plane = 0; plane < 3; ++plane) {
-        text += ' ' + materials_.at(material)->digest(plane);
+std::string ContentHash::material_digest(std::size_t material, const std::string& header) const {
+    return engine::material_digest(header, planes(material));
+}
+
+std::string ContentHash::planes(std::size_t material) const {
+    const auto& of_material = *materials_.at(material);
+    return of_material.digest(0) + ' ' + of_material.digest(1) + ' ' + of_material.digest(2);
+}
+
+std::string content_digest(std::span<const std::string> materials, const std::string& header,
+                           std::span<const std::string> planes) {
+    std::string all = header;
+    for (std::size_t i = 0; i < materials.size(); ++i) {
+        all += '\n' + materials[i] + ' ' + planes[i];
     }
-    return text;
+    return hash_of(all);
+}
+
+std::string material_digest(const std::string& header, const std::string& planes) {
+    const std::string all = header + "\n " + planes;
+    return hash_of(all);
 }
 
 std::string content_hash_of(const Database& database, const std::function<void(double)>& progress) {

@@ -17,6 +17,9 @@ namespace merl::engine {
 ///
 /// A plane is fed in pieces, in order; planes and materials may be fed by different threads. The
 /// result does not depend on the size of the pieces.
+///
+/// The hashes of the planes of a material are one text, with spaces between them: whoever has read
+/// materials one by one makes the hash of all from these.
 class ContentHash {
   public:
     explicit ContentHash(std::size_t materials);
@@ -35,14 +38,23 @@ class ContentHash {
     /// The same of one material, without its name: whatever has the same content has the same.
     std::string material_digest(std::size_t material, const std::string& header) const;
 
+    /// The hashes of the planes of a material.
+    std::string planes(std::size_t material) const;
+
     /// Whether two planes of a material were fed the same bytes, and any.
     bool same_planes(std::size_t material, std::size_t a, std::size_t b) const;
 
   private:
     struct Planes;
-    std::string planes_text(std::size_t material) const;
     std::vector<std::unique_ptr<Planes>> materials_;
 };
+
+/// What ContentHash::digest() gives, from the hashes of each material's planes.
+std::string content_digest(std::span<const std::string> materials, const std::string& header,
+                           std::span<const std::string> planes);
+
+/// What ContentHash::material_digest() gives, likewise.
+std::string material_digest(const std::string& header, const std::string& planes);
 
 /// The content hash of a whole database. Reads everything; `progress` is called after each material
 /// with the share that is done, and may throw. Throws what Database::read() throws.

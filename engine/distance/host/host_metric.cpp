@@ -70,9 +70,7 @@ void HostMetric::make_grid(const Slab& slab, std::size_t material,
 }
 
 void HostMetric::sum(const Slab& slab) {
-    const auto in_tile = [&](std::uint32_t first) {
-        return std::min(tiles_.side, materials_ - first);
-    };
+    const std::uint32_t rows = tiles_.pairs->rows() > 0 ? tiles_.pairs->rows() : materials_;
     const std::uint64_t tasks = slab.blocks() * tiles_.count();
     tbb::parallel_for(std::uint64_t{0}, tasks, [&](std::uint64_t task) {
         const std::uint64_t block = task / tiles_.count();
@@ -82,8 +80,8 @@ void HostMetric::sum(const Slab& slab) {
         const auto tile_of = [&]<typename T>(const Aligned<T>& materials, std::vector<float>& to) {
             return HostTile<T>{.rows = &materials[first + tile.row],
                                .columns = &materials[first + tile.column],
-                               .row_count = in_tile(tile.row),
-                               .column_count = in_tile(tile.column),
+                               .row_count = std::min(tiles_.side, rows - tile.row),
+                               .column_count = std::min(tiles_.side, materials_ - tile.column),
                                .sums = &to[sums],
                                .stride = tiles_.side};
         };

@@ -45,10 +45,23 @@ PairList::PairList(std::uint32_t materials, std::span<const MaterialPair> listed
     std::partial_sum(starts_.begin(), starts_.end(), starts_.begin());
 }
 
+PairList PairList::between(std::uint32_t rows, std::uint32_t columns) {
+    if (rows == 0 || columns == 0) {
+        throw std::invalid_argument(
+            fmt::format("a rectangle of {} x {} pairs; expected one or more", rows, columns));
+    }
+    PairList result(rows + columns);
+    result.rows_ = rows;
+    for (std::uint32_t first = 0; first < result.materials(); ++first) {
+        result.starts_[first + 1] = std::size_t{std::min(first + 1, rows)} * columns;
+    }
+    return result;
+}
+
 std::vector<std::uint32_t> PairList::paired() const {
     std::vector<bool> is_paired(materials());
     for (std::uint32_t first = 0; first < materials(); ++first) {
-        is_paired[first] = is_all() || begin_of(first) < end_of(first);
+        is_paired[first] = is_all() || rows_ > 0 || begin_of(first) < end_of(first);
     }
     for (const auto& pair : listed_) {
         is_paired[pair.second] = true;

@@ -6,9 +6,15 @@
 namespace merl::engine {
 
 PairTiles PairTiles::covering(const PairList& pairs, std::uint32_t side) {
-    const std::uint32_t of_tile = pairs.is_all() ? side : 1;
-    return {
-        .pairs = &pairs, .side = of_tile, .across = (pairs.materials() + of_tile - 1) / of_tile};
+    const std::uint32_t of_tile = pairs.is_all() || pairs.rows() > 0 ? side : 1;
+    const auto tiles_of = [&](std::uint32_t materials) {
+        return (materials + of_tile - 1) / of_tile;
+    };
+    const std::uint32_t columns = pairs.materials() - pairs.rows();
+    return {.pairs = &pairs,
+            .side = of_tile,
+            .down = tiles_of(pairs.rows() > 0 ? pairs.rows() : columns),
+            .across = tiles_of(columns)};
 }
 
 PairTiles PairTiles::best(const PairList& pairs, const Metric& metric,
@@ -40,6 +46,11 @@ PairTiles PairTiles::best(const PairList& pairs, const Metric& metric,
 }
 
 PairTiles::Place PairTiles::place_of(std::uint64_t tile) const {
+    if (pairs->rows() > 0) {
+        const auto row = static_cast<std::uint32_t>(tile / across);
+        const auto column = static_cast<std::uint32_t>(tile % across);
+        return {row * side, pairs->rows() + column * side};
+    }
     if (!pairs->is_all()) {
         const auto& [first, second] = pairs->listed()[tile];
         return {first, second};
@@ -58,14 +69,20 @@ PairTiles::Place PairTiles::place_of(std::uint64_t tile) const {
 
 std::size_t PairTiles::sum_index(std::size_t pair, std::uint32_t first,
                                  std::uint32_t second) const {
-    if (!pairs->is_all()) {
-        return pair;
-    }
     const std::size_t row = first / side;
-    const std::size_t column = second / side;
-    const std::size_t tile = row == column ? above_diagonal() + row
-                                           : row * (across - 1) - row * (row + 1) / 2 + column - 1;
-    return tile * pairs_of_tile() + std::size_t{first % side} * side + second % side;
+    const std::uint32_t in_columns = second - pairs->rows();
+    const std::size_t column = in_columns / side;
+    std::size_t tile = 0;
+    if (pairs->rows() > 0) {
+        tile = row * across + column;
+    } else if (!pairs->is_all()) {
+        return pair;
+    } else if (row == column) {
+        tile = above_diagonal() + row;
+    } else {
+        tile = row * (across - 1) - row * (row + 1) / 2 + column - 1;
+    }
+    return tile * pairs_of_tile() + std::size_t{first % side} * side + in_columns % side;
 }
 
 }  // namespace merl::engine

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 
@@ -10,12 +11,15 @@
 namespace merl::engine {
 
 /// The pairs of a computation cut into square tiles. Of all pairs it is the matrix of them, those
-/// tiles on the diagonal and above it: first all above it, row by row, then the diagonal. Of listed
-/// pairs each is a tile of its own, so that nothing else is computed.
+/// tiles on the diagonal and above it: first all above it, row by row, then the diagonal. A
+/// rectangle has all its tiles above the diagonal; those at its lower edge may reach into the
+/// materials of its columns, which is computed and not looked at. Of listed pairs each is a tile of
+/// its own, so that nothing else is computed.
 struct PairTiles {
     const PairList* pairs = nullptr;  // outlives this
     std::uint32_t side = 0;           // materials along one side of a tile
-    std::uint32_t across = 0;         // tiles along one side of the matrix
+    std::uint32_t down = 0;           // tiles along the sides of the matrix
+    std::uint32_t across = 0;
 
     /// The tiles in which the shaders take least for the difference of a metric, on a device with
     /// these largest ones. The cheaper a pair is beside the fetching of its samples, the larger.
@@ -26,10 +30,14 @@ struct PairTiles {
     static PairTiles covering(const PairList& pairs, std::uint32_t side);
 
     /// Materials and what fills up the last tile.
-    std::uint32_t padded_materials() const { return side * across; }
+    std::uint32_t padded_materials() const {
+        return std::max(side * down, pairs->rows() + side * across);
+    }
 
     std::uint64_t above_diagonal() const {
-        return pairs->is_all() ? std::uint64_t{across} * (across - 1) / 2 : pairs->size();
+        return pairs->is_all()     ? std::uint64_t{across} * (across - 1) / 2
+               : pairs->rows() > 0 ? std::uint64_t{down} * across
+                                   : pairs->size();
     }
     std::uint64_t on_diagonal() const { return pairs->is_all() ? across : 0; }
     std::uint64_t count() const { return above_diagonal() + on_diagonal(); }

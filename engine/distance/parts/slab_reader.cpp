@@ -1,7 +1,6 @@
 #include "engine/distance/parts/slab_reader.h"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 #include <tbb/parallel_for.h>
 
 #include <stdexcept>
@@ -35,13 +34,8 @@ void SlabReader::read(const Slab& slab, const Use& use) {
 
 void SlabReader::expect_all_read() const {
     if (file_position_ != database_.grid().voxels()) {
-        throw std::logic_error("the content hash was asked for before the whole database was read");
+        throw std::logic_error("the hashes were asked for before the whole database was read");
     }
-}
-
-std::string SlabReader::content_hash() const {
-    expect_all_read();
-    return hash_.digest(database_.materials(), database_.grid().text());
 }
 
 std::vector<std::string> SlabReader::material_hashes() const {
@@ -53,29 +47,24 @@ std::vector<std::string> SlabReader::material_hashes() const {
     return hashes;
 }
 
-std::vector<std::string> SlabReader::part_hashes() const {
+std::vector<std::string> SlabReader::plane_hashes() const {
     expect_all_read();
     std::vector<std::string> hashes;
-    for (const auto& part : database_.parts()) {
-        hashes.push_back(
-            hash_.digest(own_names(database_, part), database_.grid().text(), part.first));
+    for (std::size_t m = 0; m < checks_.size(); ++m) {
+        hashes.push_back(hash_.planes(m));
     }
     return hashes;
 }
 
 std::vector<std::string> SlabReader::warnings() const {
+    expect_all_read();
     std::vector<std::string> warnings;
-    const auto hashes = material_hashes();
     for (std::size_t m = 0; m < checks_.size(); ++m) {
         const auto fault = checks_[m].fault(counts_[m].negative_above_horizon, hash_, m);
         if (!fault.empty()) {
             warnings.push_back(
                 fmt::format("{} of {}: {}", database_.materials()[m], database_.name(), fault));
         }
-    }
-    for (const auto& same : copies_among(database_.materials(), hashes)) {
-        warnings.push_back(
-            fmt::format("{} of {} have the same content", fmt::join(same, ", "), database_.name()));
     }
     return warnings;
 }

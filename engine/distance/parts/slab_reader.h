@@ -33,13 +33,14 @@ class SlabReader {
 
     /// After the last slab.
     const std::vector<MaterialCounts>& counts() const { return counts_; }
-    std::string content_hash() const;
-    std::vector<std::string> material_hashes() const;
-    /// The content hash of each part of the database (Database::parts), as it has it by itself.
-    std::vector<std::string> part_hashes() const;
 
-    /// What looks like a broken copy, for the user: damaged materials, and materials of the same
-    /// content. Voxels that were not visited count as below the horizon.
+    std::vector<std::string> material_hashes() const;
+
+    /// Of each material the hashes of its planes, from which all others are made (content_hash.h).
+    std::vector<std::string> plane_hashes() const;
+
+    /// What looks like a broken copy, for the user: damaged materials. Voxels that were not visited
+    /// count as below the horizon.
     std::vector<std::string> warnings() const;
 
   private:

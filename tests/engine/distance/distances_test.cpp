@@ -307,8 +307,30 @@ void expect_listed_as_among_all(Engines& engines, std::span<const Metric* const>
     }
 }
 
+/// Rectangles of the matrix of all pairs, larger and smaller than a tile of the engines, and with a
+/// single material on either side.
+void expect_rectangles_as_among_all(Engines& engines, std::span<const Metric* const> chosen) {
+    constexpr std::uint32_t kMaterials = 30;
+    std::vector<std::size_t> first(kMaterials);
+    std::iota(first.begin(), first.end(), std::size_t{0});
+    const auto database =
+        make_subset(open_model("abc", {.theta_h = 24, .theta_d = 11, .phi_d = 22}), first);
+    const auto all = compute_distances(engines, *database, chosen);
+    for (const std::uint32_t rows : {1U, 23U}) {
+        std::vector<MaterialPair> pairs;
+        PairList::between(rows, kMaterials - rows)
+            .each([&](std::size_t, std::uint32_t a, std::uint32_t b) { pairs.emplace_back(a, b); });
+        const auto some = compute_distances(engines, *database, chosen, {.rows = rows});
+        for (std::size_t m = 0; m < chosen.size(); ++m) {
+            EXPECT_EQ(some.distances[m], picked(all.distances[m], pairs, kMaterials))
+                << chosen[m]->name << ", " << rows << " rows";
+        }
+        EXPECT_EQ(some.content_hash, all.content_hash);
+    }
+}
+
 /// Degrees of 2/3, 1 and 2, none, and summaries; and the same as users' files.
-TEST(Distances, OfListedPairsAreThoseAmongAll) {
+TEST(Distances, OfSomePairsAreThoseAmongAll) {
     std::vector<Metric> list;
     for (const char* name :
          {"cwcbrt", "pawcielab", "paw-ciede2000", "gloss-contrast", "nielsen-log"}) {
@@ -332,15 +354,94 @@ TEST(Distances, OfListedPairsAreThoseAmongAll) {
             with_twin.push_back(&list[m]);
         }
     }
+    const auto expect_as_among_all = [](Engines& engines, std::span<const Metric* const> of) {
+        expect_listed_as_among_all(engines, of);
+        expect_rectangles_as_among_all(engines, of);
+    };
     for (const bool in_shaders : {false, true}) {
-        expect_listed_as_among_all(test::engines(in_shaders), chosen);
+        expect_as_among_all(test::engines(in_shaders), chosen);
     }
     Engines host({.device = kHost});
-    expect_listed_as_among_all(host, with_twin);
+    expect_as_among_all(host, with_twin);
     Engines staging(test::lavapipe_with_staging());
-    expect_listed_as_among_all(staging, with_twin);
+    expect_as_among_all(staging, with_twin);
     Engines without_float64(test::lavapipe_without_float64());
-    expect_listed_as_among_all(without_float64, with_twin);
+    expect_as_among_all(without_float64, with_twin);
+}
+
+/// Sums of all pairs that do not fit: then square after square, to the same bits, hashes, counts
+/// and warnings, each material read once for each square that it is in.
+TEST(Distances, OfMorePairsThanFitIntoTheMemoryAreTheSame) {
+    const test::FunctionDatabase database(
+        {.theta_h = 6, .theta_d = 5, .phi_d = 8}, 301,
+        [](std::size_t m, std::uint64_t v, std::size_t c) {
+            return v == 7 && m % 50 == 0 ? -1 : test::random_sample(m % 300, v, c);
+        });
+    constexpr std::uint64_t kMemory = 8'000'000;
+    const Metric* const chosen[] = {&find_metric("cwcbrt"), &find_metric("pawcielab")};
+    for (const bool in_shaders : {false, true}) {
+        auto& engines = test::engines(in_shaders);
+        const auto whole = compute_distances(engines, database, chosen);
+        EXPECT_EQ(whole.passes, 1U);
+        double last = 0;
+        const auto cut = compute_distances(engines, database, chosen,
+                                           {.memory_bytes = kMemory, .progress = [&](double share) {
+                                                EXPECT_GE(share, last);
+                                                last = share;
+                                            }});
+        EXPECT_DOUBLE_EQ(last, 1);
+        EXPECT_GT(cut.passes, 1U);
+        EXPECT_EQ(cut.distances, whole.distances);
+        EXPECT_EQ(cut.content_hash, whole.content_hash);
+        EXPECT_EQ(cut.material_hashes, whole.material_hashes);
+        EXPECT_EQ(cut.warnings, whole.warnings);
+        EXPECT_EQ(cut.voxels, whole.voxels);
+        for (std::size_t m = 0; m < whole.counts.size(); ++m) {
+            EXPECT_EQ(cut.counts[m].negative, whole.counts[m].negative);
+        }
+        if (!in_shaders) {  // a device says the most that it ever held
+            EXPECT_LE(cut.engines.front().peak_bytes, kMemory);
+        }
+    }
+    EXPECT_THROW(compute_distances(test::host_engines(), database, chosen, {.rows = 301}),
+                 std::invalid_argument);
+    EXPECT_THROW(compute_distances(test::host_engines(), database, chosen, {.memory_bytes = 1000}),
+                 MemoryError);
+}
+
+/// One of the materials is another one whenever it is read, as if somebody wrote to its file.
+class ChangingDatabase final : public MemoryDatabase {
+  public:
+    explicit ChangingDatabase(std::vector<std::string> names)
+        : MemoryDatabase("changing", {.theta_h = 6, .theta_d = 5, .phi_d = 8}, std::move(names),
+                         test::random_sample) {}
+
+    void read(std::size_t material, VoxelRange range, std::span<double> samples,
+              const SampleSink& sink) const override {
+        const bool changes = material == 250 && range.first == 0;
+        MemoryDatabase::read(material, range, samples, changes ? SampleSink() : sink);
+        if (changes) {
+            samples[0] = static_cast<double>(++reads_);
+            sink(0, std::as_bytes(samples.first(1)));
+        }
+    }
+
+  private:
+    mutable std::atomic<std::size_t> reads_ = 0;
+};
+
+TEST(Distances, SquareAfterSquareNoticesWhatChanges) {
+    std::vector<std::string> names;
+    for (int m = 1000; m < 1300; ++m) {
+        names.push_back(std::to_string(m));
+    }
+    const ChangingDatabase database(names);
+    const Metric* const one[] = {&find_metric("cwcbrt")};
+    test::expect_refused(
+        [&] {
+            compute_distances(test::host_engines(), database, one, {.memory_bytes = 4'000'000});
+        },
+        "found other samples than when it was read before");
 }
 
 /// Material m is m everywhere; three are worth a remark, whichever of a pair they are.

@@ -61,6 +61,17 @@ TEST(PairList, OfAllIsAsGoodAsNone) {
     EXPECT_EQ(pairs_of(list), all);
 }
 
+TEST(PairList, HasARectangle) {
+    const auto list = PairList::between(2, 3);
+    EXPECT_EQ(pairs_of(list), (Pairs{{0, 2}, {0, 3}, {0, 4}, {1, 2}, {1, 3}, {1, 4}}));
+    EXPECT_EQ(list.materials(), 5U);
+    EXPECT_FALSE(list.is_all());
+    EXPECT_EQ(list.paired().size(), 5U);
+    EXPECT_EQ(pairs_of(PairList::between(1, 1)), (Pairs{{0, 1}}));
+    EXPECT_THROW(PairList::between(0, 3), std::invalid_argument);
+    EXPECT_THROW(PairList::between(3, 0), std::invalid_argument);
+}
+
 TEST(PairList, RefusesWhatIsNotInOrder) {
     for (const auto& listed : {Pairs{{1, 0}}, Pairs{{1, 1}}, Pairs{{0, 5}}, Pairs{{0, 1}, {0, 1}},
                                Pairs{{0, 2}, {0, 1}}, Pairs{{1, 2}, {0, 4}}, Pairs{{7, 9}}}) {

@@ -28,6 +28,30 @@ TEST(PairTiles, EveryPairHasOnePlace) {
     }
 }
 
+TEST(PairTiles, EveryPairOfARectangleHasOnePlace) {
+    for (const std::uint32_t rows : {1U, 3U, 7U, 20U}) {
+        for (const std::uint32_t columns : {1U, 4U, 9U}) {
+            const auto pairs = PairList::between(rows, columns);
+            const auto tiles = PairTiles::covering(pairs, 3);
+            EXPECT_EQ(tiles.on_diagonal(), 0U);
+            std::set<std::size_t> places;
+            pairs.each([&](std::size_t pair, std::uint32_t i, std::uint32_t j) {
+                const auto at = tiles.sum_index(pair, i, j);
+                places.insert(at);
+                const auto [row, column] = tiles.place_of(at / tiles.pairs_of_tile());
+                EXPECT_EQ(at % tiles.pairs_of_tile(), (i - row) * 3 + j - column);
+            });
+            EXPECT_EQ(places.size(), pairs.size());
+            for (std::uint64_t tile = 0; tile < tiles.count(); ++tile) {
+                const auto [row, column] = tiles.place_of(tile);
+                EXPECT_LE(row + 3, tiles.padded_materials());
+                EXPECT_LE(column + 3, tiles.padded_materials());
+            }
+            EXPECT_LT(*places.rbegin(), tiles.count() * tiles.pairs_of_tile());
+        }
+    }
+}
+
 TEST(PairTiles, ListedPairsAreTilesOfTheirOwn) {
     const std::vector<MaterialPair> list = {{0, 4}, {2, 3}, {2, 6}};
     const PairList pairs(1000, list);
