@@ -542,9 +542,9 @@ int run_reference_scan(const ScanCommandOptions& options) {
     o.materials = obtained.distances.table.names.size();
     auto of_pipeline = options.of_pipeline();
     of_pipeline.engines = obtained.engines.get();
-    o.result = pipeline::scan_reference(std::move(obtained.distances.table),
-                                        std::move(approximations), obtained.database.get(),
-                                        obtained.metrics, of_pipeline, control);
+    o.result =
+        pipeline::scan_reference(std::move(obtained.distances.table), std::move(approximations),
+                                 obtained.database.get(), obtained.metrics, of_pipeline, control);
     if (obtained.database) {
         render(options, *obtained.database, device, control, o);
     } else {
