@@ -6,6 +6,7 @@
 
 #include "app/cli/terminal.h"
 #include "app/output/json.h"
+#include "app/pipeline/quotable_line.h"
 #include "engine/base/text.h"
 #include "engine/distance/engines.h"
 
@@ -114,11 +115,13 @@ ordered_json source_json(const pipeline::Provenance& provenance) {
     if (provenance.database) {
         auto json = database_json(*provenance.database);
         json["metrics_left_out"] = texts_json(provenance.left_out);
+        json["quote"] = as_utf8(pipeline::quotable_line(provenance));
         return json;
     }
     return {{"distances",
              {{"file", as_utf8(provenance.table->file)},
-              {"content_hash", provenance.table->content_hash}}}};
+              {"content_hash", provenance.table->content_hash}}},
+            {"quote", as_utf8(pipeline::quotable_line(provenance))}};
 }
 
 ordered_json engines_json(const pipeline::Provenance& provenance) {

@@ -17,7 +17,8 @@ namespace merl::app {
 /// parameters and what it was fitted to.
 nlohmann::ordered_json metrics_json(const pipeline::Provenance& provenance);
 
-/// What is known of the database or the table.
+/// What is known of the database or the table, and the line to quote
+/// (app/pipeline/quotable_line.h).
 nlohmann::ordered_json source_json(const pipeline::Provenance& provenance);
 
 /// Which engine computed what, and how long the parts took; nothing for a table.

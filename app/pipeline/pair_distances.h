@@ -61,6 +61,7 @@ struct MetricProvenance {
     std::vector<std::pair<std::string, double>> parameters = {};
     std::vector<engine::FittedTo> fitted = {};
     bool is_pseudometric = false;  // by proof (engine::Metric)
+    std::string accuracy = {};     // of its distances, for people: "float64" ...; empty: not known
 };
 
 struct EngineProvenance {
