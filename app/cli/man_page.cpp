@@ -47,7 +47,7 @@ std::string entries(const CLI::App& command) {
     const auto add = [&](const std::string& names, const CLI::Option& option) {
         std::string value;
         if (takes_value(option)) {
-            value = command.get_formatter()->make_option_opts(&option);
+            value = HelpFormatter().make_option_opts(&option);
         }
         text += fmt::format(".TP\n\\fB{}\\fR{}\n{}\n", roff(names), roff(value),
                             roff(option.get_description()));

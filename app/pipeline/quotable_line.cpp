@@ -10,12 +10,13 @@ namespace merl::pipeline {
 namespace {
 
 std::string metric_text(const MetricProvenance& metric) {
-    std::string text = metric.name;
-    // A name that was given with parameters has them.
-    if (text.find(':') == std::string::npos) {
-        for (const auto& [name, value] : metric.parameters) {
-            text += fmt::format(":{}={}", name, value);
-        }
+    if (!metric.is_computed) {
+        return metric.name;
+    }
+    // The name has those that were given; the others count as much.
+    std::string text = metric.name.substr(0, metric.name.find(':'));
+    for (const auto& [name, value] : metric.parameters) {
+        text += fmt::format(":{}={}", name, value);
     }
     return metric.accuracy.empty() ? text : fmt::format("{} ({})", text, metric.accuracy);
 }
