@@ -123,6 +123,11 @@ std::string HelpFormatter::make_description(const CLI::App* command) const {
         "{}\n", fmt::join(wrapped(CLI::Formatter::make_description(command), kColumns), "\n"));
 }
 
+std::string HelpFormatter::make_footer(const CLI::App* command) const {
+    const auto text = command->get_footer();
+    return text.empty() ? text : fmt::format("{}\n", fmt::join(wrapped(text, kColumns), "\n"));
+}
+
 std::string HelpFormatter::make_option_opts(const CLI::Option* option) const {
     if (!takes_value(*option)) {
         return "";

@@ -41,6 +41,7 @@ std::string usage(const CLI::App& command);
 class HelpFormatter : public CLI::Formatter {
   public:
     std::string make_description(const CLI::App* command) const override;
+    std::string make_footer(const CLI::App* command) const override;
     std::string make_option_opts(const CLI::Option* option) const override;
     std::string make_option(const CLI::Option* option, bool by_place) const override;
     std::string make_subcommand(const CLI::App* command) const override;

@@ -80,7 +80,7 @@ class Documents(Case):
                 for option in self.options(*below):
                     self.assertRegex(described, rf"{re.escape(option)}\b")
             if shutil.which("groff"):
-                self.parsed("groff", "-man", "-Kutf8", "-Tutf8", "-ww", "-z",
+                self.parsed("groff", "-man", "-Kutf8", "-Tutf8", "-ww", "-Wbreak", "-z",
                             self.written("page.1", page))
         self.assert_refused(USAGE, ['"scam"'], "man", "scam")
         self.assert_refused(OUTPUT, ["nowhere"], "man", "--out", "nowhere")
