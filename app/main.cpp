@@ -5,12 +5,14 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <exception>
+#include <memory>
 #include <new>
 #include <stdexcept>
 #include <string>
 #include <string_view>
 #include <system_error>
 
+#include "app/cli/declared.h"
 #include "app/cli/exit_status.h"
 #include "app/cli/guard.h"
 #include "app/cli/interrupt.h"
@@ -90,7 +92,8 @@ std::string usage_text(const CLI::App& program, const CLI::ParseError& error) {
 int run(int argc, char** argv) {
     CLI::App program("The bench for reflectance metrics: where do two of them disagree?",
                      "merl-scan");
-    program.set_version_flag("--version", pipeline::kVersion);
+    program.formatter(std::make_shared<HelpFormatter>());
+    program.set_version_flag("-V,--version", pipeline::kVersion);
     program.require_subcommand(1);
     program.footer(
         "Examples:\n"
@@ -120,6 +123,10 @@ int run(int argc, char** argv) {
     add_slices(program, chosen);
     add_render(program, chosen);
     add_judge(program, chosen);
+    add_cite(program, chosen);
+    add_help(program, chosen);
+    add_man(program, chosen);
+    add_completion(program, chosen);
     add_guarded(program, chosen);
     catch_interrupts();
     try {

@@ -22,6 +22,7 @@ tests)
     options=(-DMERL_SCAN_TESTS=ON)
     packages+=(
         python3 spirv-tools vulkan-validationlayers chromium   # what tests run
+        zsh fish groff-base dpkg-dev                           # readers of what the program says of itself; packages
         libgtest-dev libgmock-dev libbenchmark-dev             # what they are made of
         libopenmpi-dev openmpi-bin                             # several processes of `distances`
         clang-format clang-tidy clang libclang-rt-dev          # style, a second compiler, its sanitizers

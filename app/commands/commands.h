@@ -25,6 +25,10 @@ void add_judge(CLI::App& program, Command& chosen);
 void add_render(CLI::App& program, Command& chosen);
 void add_votes(CLI::App& program, Command& chosen);
 void add_power(CLI::App& program, Command& chosen);
+void add_cite(CLI::App& program, Command& chosen);
+void add_help(CLI::App& program, Command& chosen);
+void add_man(CLI::App& program, Command& chosen);
+void add_completion(CLI::App& program, Command& chosen);
 void add_guarded(CLI::App& program, Command& chosen);
 
 }  // namespace merl::app

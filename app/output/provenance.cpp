@@ -6,6 +6,7 @@
 
 #include "app/cli/terminal.h"
 #include "app/output/json.h"
+#include "app/pipeline/quotable_line.h"
 #include "engine/base/text.h"
 #include "engine/distance/engines.h"
 
@@ -128,11 +129,13 @@ ordered_json source_json(const pipeline::Provenance& provenance) {
                              {"manifest_hash", tiles->content_hash},
                              {"count", tiles->tiles}};
         }
+        json["quote"] = as_utf8(pipeline::quotable_line(provenance));
         return json;
     }
     return {{"distances",
              {{"file", as_utf8(provenance.table->file)},
-              {"content_hash", provenance.table->content_hash}}}};
+              {"content_hash", provenance.table->content_hash}}},
+            {"quote", as_utf8(pipeline::quotable_line(provenance))}};
 }
 
 ordered_json engines_json(const pipeline::Provenance& provenance) {

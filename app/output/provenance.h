@@ -20,7 +20,8 @@ nlohmann::ordered_json metrics_json(const pipeline::Provenance& provenance);
 /// What refines the distances under each metric (MetricProvenance), null where nothing does.
 nlohmann::ordered_json refined_by_json(const pipeline::Provenance& provenance);
 
-/// What is known of the database or the table.
+/// What is known of the database or the table, and the line to quote
+/// (app/pipeline/quotable_line.h).
 nlohmann::ordered_json source_json(const pipeline::Provenance& provenance);
 
 /// Which engine computed what, and how long the parts took; nothing for a table.

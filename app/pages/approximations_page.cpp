@@ -7,6 +7,7 @@
 #include "app/output/provenance.h"
 #include "app/pages/approximations_page_html.h"
 #include "app/pages/page.h"
+#include "app/pipeline/quotable_line.h"
 #include "engine/base/text.h"
 #include "scan/reference/reference_scan.h"
 
@@ -85,6 +86,7 @@ ordered_json page_data(const pipeline::Provenance& provenance, std::size_t mater
         originals.push_back(original_json(distances, distances.ranges[place], ranks, spheres));
     }
     return {{"version", provenance.version},
+            {"quote", printable(pipeline::quotable_line(provenance))},
             {"facts", facts},
             {"reference", printable(distances.approximations.reference)},
             {"labels", labels},

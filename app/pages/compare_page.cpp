@@ -13,6 +13,7 @@
 #include "app/output/provenance.h"
 #include "app/pages/compare_page_html.h"
 #include "app/pages/page.h"
+#include "app/pipeline/quotable_line.h"
 #include "engine/base/text.h"
 
 namespace merl::app {
@@ -98,6 +99,7 @@ ordered_json page_data(const pipeline::PairDistances& distances,
         triangle_texts[check.metric] = printable(triangle_text(table, check));
     }
     return {{"version", distances.provenance.version},
+            {"quote", printable(pipeline::quotable_line(distances.provenance))},
             {"facts", facts},
             {"metrics", metrics_json(distances.provenance)},
             {"materials", materials},

@@ -99,7 +99,10 @@ MetricProvenance provenance_of(const engine::Metric& metric) {
                                .is_pseudometric = metric.is_pseudometric(),
                                .refined_by = !metric.can_be_refined() ? ""
                                              : metric.has_twin()      ? "host"
-                                                                      : "vulkan"};
+                                                                      : "vulkan",
+                               .accuracy = metric.is_summary()  ? "float64"
+                                           : metric.has_bound() ? "float32 with a proven bound"
+                                                                : "float32 without a bound"};
     for (std::size_t p = 0; p < header.parameters.size(); ++p) {
         result.parameters.emplace_back(header.parameters[p].name, metric.parameters[p]);
     }

@@ -69,6 +69,7 @@ struct MetricProvenance {
     std::vector<engine::FittedTo> fitted = {};
     bool is_pseudometric = false;  // by proof (engine::Metric)
     std::string refined_by = {};   // what refines its distances: "host", "vulkan"; empty: nothing
+    std::string accuracy = {};     // of its distances, for people: "float64" ...; empty: not known
 };
 
 struct EngineProvenance {

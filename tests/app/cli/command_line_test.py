@@ -7,7 +7,7 @@ from support import USAGE, Case, write_database
 
 COMMANDS = [], ["scan"], ["compare"], ["score"], ["tune"], ["devices"], ["metrics"], ["metrics", "show"], \
     ["models"], ["models", "show"], \
-    ["database"], ["database", "info"], ["database", "write"], ["verify"], ["slices"]
+    ["database"], ["database", "info"], ["database", "write"], ["verify"], ["slices"], ["cite"], ["help"], ["man"], ["completion"]
 
 
 class Help(Case):

@@ -1,0 +1,104 @@
+"""What cmake --install and cpack make is whole: it is put into an empty directory and used there.
+
+BUILD is the directory of a build in which everything is compiled."""
+
+import os
+import pathlib
+import re
+import shlex
+import subprocess
+import tempfile
+import unittest
+
+SOURCE = pathlib.Path(__file__).resolve().parents[2]
+BUILD = pathlib.Path(os.environ["BUILD"])
+CONSUMER = SOURCE / "tests" / "app" / "pipeline" / "consumer.cpp"
+
+# Directories of two grids, so small that everything takes no time, are made by the program.
+DATABASE = ["database", "write", "--materials", "chrome,gold-paint", "--grid", "6x5x8"]
+
+
+def run(*command, **options):
+    """Runs a command that must succeed; returns what it says."""
+    result = subprocess.run([str(word) for word in command], capture_output=True, text=True,
+                            check=False, **options)
+    if result.returncode != 0:
+        raise AssertionError(f"{command}: status {result.returncode}\n{result.stdout[-3000:]}"
+                             f"\n{result.stderr[-3000:]}")
+    return result.stdout
+
+
+class Package(unittest.TestCase):
+    def setUp(self):
+        scratch = tempfile.TemporaryDirectory()
+        self.addCleanup(scratch.cleanup)
+        self.work = pathlib.Path(scratch.name)
+
+    def assert_works(self, root):
+        """The program in `root`/bin runs, and its documents are there."""
+        program = root / "bin" / "merl-scan"
+        version = re.search(r"project\(merl-scan VERSION (\S+)",
+                            (SOURCE / "CMakeLists.txt").read_text(encoding="utf-8"))[1]
+        self.assertEqual(run(program, "--version"), f"{version}\n")
+        run(program, *DATABASE, self.work / "db", "--quiet")
+        share = root / "share"
+        for file in ("man/man1/merl-scan.1", "man/man1/merl-scan-scan.1",
+                     "bash-completion/completions/merl-scan", "zsh/vendor-completions/_merl-scan",
+                     "fish/vendor_completions.d/merl-scan.fish", "doc/merl-scan/LICENSE",
+                     "doc/merl-scan/CITATION.cff", "doc/merl-scan/licences.md"):
+            self.assertGreater((share / file).stat().st_size, 100, file)
+        return program
+
+    def test_install(self):
+        root = self.work / "installed"
+        run("cmake", "--install", BUILD, "--prefix", root)
+        program = self.assert_works(root)
+        run(program, "compare", "--database", "db", "--metrics", "pawcielab,rmse", "--device", "host", "--out",
+            "out", "--quiet", cwd=self.work)
+        lines = (self.work / "out" / "distances.csv").read_text(encoding="utf-8").splitlines()
+        columns = dict(zip(lines[0].split(","), lines[1].split(",")))
+        moved = self.work / "moved"  # nothing may know where it was
+        root.rename(moved)
+
+        run("cmake", "-S", SOURCE / "tests" / "package", "-B", self.work / "cmake",
+            f"-DCMAKE_PREFIX_PATH={moved}", "-DCMAKE_BUILD_TYPE=Release")
+        run("cmake", "--build", self.work / "cmake")
+        environment = {**os.environ, "PKG_CONFIG_PATH": str(moved / "lib" / "pkgconfig") + ":" +
+                       ":".join(map(str, moved.glob("lib/*/pkgconfig")))}
+        flags = shlex.split(run("pkg-config", "--cflags", "--libs", "merl_scan", env=environment))
+        run("g++", "-std=c++20", CONSUMER, "-o", self.work / "by_pkg_config", *flags)
+
+        for consumer in (self.work / "cmake" / "consumer", self.work / "by_pkg_config"):
+            names, value = run(consumer, "db", cwd=self.work).split(": ")
+            self.assertEqual(names, "chrome, gold-paint")
+            self.assertAlmostEqual(float(value), float(columns["pawcielab"]), delta=1e-5)
+
+    def test_public_headers_compile_alone(self):
+        root = self.work / "installed"
+        run("cmake", "--install", BUILD, "--prefix", root, "--component", "development")
+        headers = sorted((root / "include" / "merl_scan" / "app" / "pipeline").glob("*.h"))
+        self.assertIn("version.h", [header.name for header in headers])
+        text = "".join(f'#include "app/pipeline/{header.name}"\n' for header in headers)
+        run("g++", "-std=c++20", "-fsyntax-only", f"-I{root}/include/merl_scan", "-x", "c++", "-",
+            input=text)
+
+    def test_debian(self):
+        run("cpack", "-G", "DEB", "--config", BUILD / "CPackConfig.cmake", "-B", self.work / "packages")
+        program, development = sorted((self.work / "packages").glob("*.deb"), reverse=True)
+        self.assertTrue(program.name.startswith("merl-scan_"), program)
+        self.assertTrue(development.name.startswith("libmerl-scan-dev_"), development)
+        fields = run("dpkg-deb", "--field", program)
+        for word in ("Package: merl-scan\n", "Recommends: ", "mesa-vulkan-drivers"):
+            self.assertIn(word, fields)
+        depends = re.search(r"^Depends: (.*)$", fields, re.MULTILINE)[1]
+        for library in ("libc6", "libfmt", "libopenexr", "libtbb"):
+            self.assertIn(library, depends)
+        self.assertIn("libfmt-dev", run("dpkg-deb", "--field", development, "Depends"))
+        for package in (program, development):
+            run("dpkg-deb", "--extract", package, self.work / "root")
+        self.assert_works(self.work / "root" / "usr")
+        self.assertTrue(list(self.work.glob("root/usr/lib/**/libmerl_scan_pipeline.a")))
+
+
+if __name__ == "__main__":
+    unittest.main()
