@@ -1,9 +1,11 @@
 #include "app/python/call.h"
 
 #include <fmt/format.h>
+#include <tbb/info.h>
 #include <tbb/task_arena.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <atomic>
 #include <exception>
 #include <map>
@@ -89,7 +91,8 @@ void run(const CallOptions& options, const std::function<void(const pipeline::Co
     if (options.threads == 0) {
         work(control);
     } else {
-        tbb::task_arena arena(options.threads);
+        // More than there are change nothing, and TBB would print a warning.
+        tbb::task_arena arena(std::min(options.threads, tbb::info::default_concurrency()));
         arena.execute([&] { work(control); });
     }
 }

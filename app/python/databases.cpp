@@ -1,6 +1,9 @@
 #include <fmt/format.h>
+#include <pybind11/stl.h>
 
+#include <limits>
 #include <memory>
+#include <numbers>
 #include <utility>
 
 #include "app/python/array_database.h"

@@ -155,7 +155,7 @@ class Database:
         return name in self._core.materials
 
     @overload
-    def __getitem__(self, names: str) -> Material: ...
+    def __getitem__(self, names: str) -> Material: ...  # type: ignore[misc]  # a str is a sequence
 
     @overload
     def __getitem__(self, names: Sequence[str]) -> Database: ...
@@ -191,6 +191,11 @@ class Database:
         if not isinstance(other, Database):
             return NotImplemented
         parts = list(self._parts + other._parts)
+        labels = [part.label for part in parts]
+        for label in labels:
+            if labels.count(label) > 1:
+                raise _core.UsageError(f'found the label "{label}" twice; ms.open("LABEL=PATH") and '
+                                       "Database.from_arrays(label=...) give others")
         fixed = [part for part in parts if part.recipe.get("shape", ()) is not None]
         shape = fixed[0].core.shape if fixed else parts[0].core.shape
         for i, part in enumerate(parts):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import os
-from typing import TYPE_CHECKING, NamedTuple, Union
+from typing import TYPE_CHECKING, Any, NamedTuple, Union
 
 import numpy as np
 import numpy.typing as npt
@@ -101,7 +101,7 @@ class Score:
 
         rows = []
         for one in self.metrics:
-            row = {"metric": one.metric}
+            row: dict[str, Any] = {"metric": one.metric}
             for name in ("majorities", "votes", "slope", "log_likelihood"):
                 figure = getattr(one, name)
                 row.update({name: figure.value, f"{name}_low": figure.low, f"{name}_high": figure.high})
@@ -138,6 +138,6 @@ def score(distances: Distances, judgements: Judgements, *, memory: Union[str, in
     return Score(
         metrics=[MetricScore(**{k: Figure(*v) if k in figures else v for k, v in one.items()})
                  for one in result["metrics"]],
-        pairs=[PairScore(**{**one, "difference": Figure(*one["difference"])}) for one in result["pairs"]],
+        pairs=[PairScore(**dict(one, difference=Figure(*one["difference"]))) for one in result["pairs"]],
         judgements=result["judgements"], untied=result["untied"], votes=result["votes"],
         ceiling=Figure(*result["ceiling"]), too_few=result["too_few"], unknown=result["unknown"])
