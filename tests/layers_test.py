@@ -33,6 +33,7 @@ LAYERS = {
     "scan/tune": ("scan/score",),
     "scan/votes": ("scan/reference", "scan/statistics"),
     "app/pipeline": ("engine/distance", "engine/render", "scan/tune", "scan/votes"),
+    "app/python": ("app/pipeline",),
     "app/cli": ("app/pipeline",),
     "app/output": ("app/cli",),
     "app/pages": ("app/output",),

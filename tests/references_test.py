@@ -28,7 +28,7 @@ def comments(path):
 
 class References(unittest.TestCase):
     def test_files_that_comments_and_documents_name_exist(self):
-        found = [path for folder in ("app", "docs", "engine", "scan", "scripts", "shaders", "tests")
+        found = [path for folder in ("app", "docs", "engine", "examples", "scan", "scripts", "shaders", "tests")
                  for path in (SOURCE / folder).rglob("*") if path.is_file()]
         found += [SOURCE / "README.md", SOURCE / "CHANGELOG.md", SOURCE / "CMakeLists.txt"]
         paths = ["/" + path.relative_to(SOURCE).as_posix() for path in found]

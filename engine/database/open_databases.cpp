@@ -32,16 +32,6 @@ struct Member {
     }
 };
 
-std::string default_label(const std::string& name) {
-    if (is_model(name) && name.find(':') != std::string::npos) {
-        return fs::path(name.substr(name.find(':') + 1)).stem().string();
-    }
-    const fs::path path = fs::absolute(name).lexically_normal();
-    const fs::path last = path.has_filename() ? path.filename() : path.parent_path().filename();
-    std::error_code none;
-    return (fs::is_directory(path, none) ? last : last.stem()).string();
-}
-
 std::vector<Member> members_of(const DatabaseChoice& choice) {
     std::vector<Member> members;
     for (const auto& [label, name] : choice.databases) {
@@ -140,6 +130,16 @@ std::optional<Grid> grid_of(const MaterialSource& source) {
 }
 
 }  // namespace
+
+std::string default_label(const std::string& name) {
+    if (is_model(name) && name.find(':') != std::string::npos) {
+        return fs::path(name.substr(name.find(':') + 1)).stem().string();
+    }
+    const fs::path path = fs::absolute(name).lexically_normal();
+    const fs::path last = path.has_filename() ? path.filename() : path.parent_path().filename();
+    std::error_code none;
+    return (fs::is_directory(path, none) ? last : last.stem()).string();
+}
 
 std::unique_ptr<Database> open_databases(const DatabaseChoice& choice) {
     auto members = wanted_members(choice);

@@ -31,6 +31,10 @@ struct DatabaseChoice {
                                             // Database::skipped() says so again
 };
 
+/// The label of a database that was given none: the last component of the path, or the name of what
+/// is in no file, or of the table of a model.
+std::string default_label(const std::string& name);
+
 /// Opens databases as one. A single one without a label is as open_database() opens it; several, or
 /// one with a label, are joined (joined_database.h), and those of which no material is meant are
 /// left out. A label that was not given is the last component of the path, or the name of what is

@@ -1,0 +1,106 @@
+"""What long calls tell of themselves."""
+
+from __future__ import annotations
+
+import contextlib
+import contextvars
+import sys
+from collections.abc import Callable, Iterator
+from typing import Any, Optional, Union
+
+Report = Callable[[str, float], object]
+
+_report: contextvars.ContextVar[Optional[Report]] = contextvars.ContextVar("report", default=None)
+
+
+def call(device: str = "", memory: Union[str, int] = "1G", threads: int = 0) -> dict[str, Any]:
+    """The options that every function of _core takes that computes."""
+    if not isinstance(device, str):
+        raise TypeError(f"device: found {device!r}; expected a str")
+    return {"device": device, "memory": _bytes(memory), "threads": threads,
+            "progress": _report.get()}
+
+
+def _bytes(memory: Union[str, int]) -> int:
+    """Bytes, also as the command line has them: 512M, 2G."""
+    if isinstance(memory, str):
+        unit = {"K": 1 << 10, "M": 1 << 20, "G": 1 << 30, "T": 1 << 40}.get(memory[-1:].upper(), 1)
+        digits = memory[:-1] if unit > 1 else memory
+        if not (digits.isascii() and digits.isdigit()):
+            raise ValueError(f'memory: found "{memory}"; expected bytes, like 512M or 2G')
+        return int(digits) * unit
+    if isinstance(memory, bool) or not hasattr(memory, "__index__"):
+        raise TypeError(f"memory: found {memory!r}; expected bytes, like 512M or 2G")
+    return memory.__index__()
+
+
+class _Bar:
+    """One line on standard error, written over again and again."""
+
+    def __init__(self) -> None:
+        self._width = 0
+
+    def __call__(self, stage: str, share: float) -> None:
+        done = round(30 * share)
+        line = f"{stage}: {share:4.0%} |{'#' * done}{'.' * (30 - done)}|"
+        sys.stderr.write("\r" + line.ljust(self._width))
+        sys.stderr.flush()
+        self._width = len(line)
+
+    def close(self) -> None:
+        if self._width:
+            sys.stderr.write("\r" + " " * self._width + "\r")
+            sys.stderr.flush()
+
+
+class _Tqdm:
+    """Bars of tqdm, one for each stage, which are widgets in a notebook."""
+
+    def __init__(self, tqdm: Any) -> None:
+        self._tqdm = tqdm
+        self._bar: Any = None
+        self._stage = ""
+
+    def __call__(self, stage: str, share: float) -> None:
+        if self._bar is None or stage != self._stage:
+            self.close()
+            self._bar = self._tqdm(total=100, desc=stage, leave=False, bar_format="{l_bar}{bar}| {elapsed}")
+            self._stage = stage
+        self._bar.update(100 * share - self._bar.n)
+
+    def close(self) -> None:
+        if self._bar is not None:
+            self._bar.close()
+            self._bar = None
+
+
+@contextlib.contextmanager
+def progress(report: Optional[Report] = None) -> Iterator[None]:
+    """Shows how far the calls inside are; of this thread, or this task of asyncio.
+
+        with ms.progress():
+            d = ms.distances(db, ["pawcielab"])
+
+    Without `report` a bar on standard error or in a notebook, by tqdm where that is installed;
+    nothing where standard error is no terminal. `report(stage, share)` is called several times a
+    second instead, with the share of the stage that is done, from 0 to 1; what it raises ends the
+    work and comes out.
+    """
+    if report is not None and not callable(report):
+        raise TypeError(f"report: found {report!r}; expected a function of stage and share")
+    bar: Union[_Bar, _Tqdm, None] = None
+    if report is None and (sys.stderr is not None and sys.stderr.isatty() or "ipykernel" in sys.modules):
+        try:
+            from tqdm.auto import tqdm  # type: ignore[import]
+
+            bar = _Tqdm(tqdm)
+        except ImportError:
+            bar = _Bar()
+        report = bar
+    token = _report.set(report)
+    try:
+        yield
+    finally:
+        _report.reset(token)
+        if bar is not None:
+            bar.close()
