@@ -14,6 +14,7 @@
 
 #include "engine/distance/float64_summary.h"
 #include "engine/distance/host/float64_difference.h"
+#include "engine/distance/parts/compensated_sum.h"
 #include "engine/distance/parts/slab.h"
 
 namespace merl::engine {
@@ -59,8 +60,7 @@ struct PairSum {
     std::uint32_t row;     // places in Part::materials
     std::uint32_t column;  // not less
     std::size_t place;     // of the pair among all that are asked for
-    double sum = 0;
-    double rest = 0;  // what was lost when blocks were added to it
+    CompensatedSum sum = {};
 };
 
 /// Some of the pairs that are asked for, under one metric.
@@ -212,14 +212,6 @@ void make_grids(const Database& database, const Slab& slab, Pass& pass) {
     });
 }
 
-/// sum + more, and what that loses to the rest (Knuth's two-sum).
-void add_compensated(PairSum& pair, double more) {
-    const double sum = pair.sum + more;
-    const double added = sum - pair.sum;
-    pair.rest += (pair.sum - (sum - added)) + (more - added);
-    pair.sum = sum;
-}
-
 /// Adds one channel of a block to the sums of a tile: of each row the columns that are asked for,
 /// some at a time.
 void add_channel(const Part& part, std::size_t channel, const BlockSamples* grid,
@@ -237,7 +229,7 @@ void add_channel(const Part& part, std::size_t channel, const BlockSamples* grid
         sum_float64_differences(part.metric->header.degree, grid[row][channel],
                                 std::span(columns).first(count), weights, sums);
         for (std::size_t i = 0; i < count; ++i) {
-            add_compensated(tile[first + i], sums[i]);
+            tile[first + i].sum.add(sums[i]);
         }
         first += count;
     }
@@ -256,9 +248,9 @@ void add_tile(Part& part, std::size_t tile) {
             }
             continue;
         }
-        for (auto& pair : sums) {  // as twin_metric.cpp adds them
-            pair.sum += part.metric->twin.sum(part.metric->parameters, grid[pair.row],
-                                              grid[pair.column], weights);
+        for (auto& pair : sums) {
+            pair.sum.add(part.metric->twin.sum(part.metric->parameters, grid[pair.row],
+                                               grid[pair.column], weights));
         }
     }
 }
@@ -289,7 +281,7 @@ void sum_pass(const Database& database, const Domain& domain, const VoxelList& l
     }
     for (const auto& part : pass.parts) {
         for (const auto& pair : part.sums) {
-            totals[pair.place] = pair.sum + pair.rest;
+            totals[pair.place] = pair.sum.total();
         }
     }
 }

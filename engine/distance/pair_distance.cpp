@@ -3,12 +3,15 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <numeric>
+#include <ranges>
 #include <stdexcept>
 #include <utility>
 
 #include "engine/distance/float64_distances.h"
+#include "engine/distance/host/float64_difference.h"
+#include "engine/distance/parts/compensated_sum.h"
 #include "engine/distance/parts/window_check.h"
 
 namespace merl::engine {
@@ -19,6 +22,23 @@ constexpr std::uint64_t kSlabBlocks = 8;
 
 /// Below this a sum may have lost digits, and float64_distances() scales samples.
 constexpr double kSmallestSum = 0x1p-900;
+
+/// The sums of a block as float64_distances() has them: of each channel, or without a degree one of
+/// all and zeros.
+std::array<double, 3> sums_of_channels(const Metric& metric, const BlockSamples& a,
+                                       const BlockSamples& b, const BlockWeights& weights) {
+    std::array<double, 3> sums = {};
+    if (!metric.has_degree()) {
+        sums[0] = metric.twin.sum(metric.parameters, a, b, weights);
+        return sums;
+    }
+    for (std::size_t channel = 0; channel < sums.size(); ++channel) {
+        const ChannelSamples* const column = &b[channel];
+        sum_float64_differences(metric.header.degree, a[channel], {&column, 1}, weights,
+                                std::span(sums).subspan(channel, 1));
+    }
+    return sums;
+}
 
 }  // namespace
 
@@ -51,7 +71,7 @@ double PairDistance::operator()(const Database& database, MaterialPair pair) con
                                     geometry_->domain.grid().text() + ", not for " +
                                     database.grid().text());
     }
-    std::vector<double> sums(weights_.size());
+    std::vector<std::array<double, 3>> sums(weights_.size());  // of each block's channels
     tbb::parallel_for(std::size_t{0}, geometry_->slabs.size(), [&](std::size_t s) {
         const Slab& slab = geometry_->slabs[s];
         const VoxelRange file = {slab.runs.front().file_index,
@@ -69,11 +89,14 @@ double PairDistance::operator()(const Database& database, MaterialPair pair) con
                                        samples[i][block], grids[i]);
             }
             const std::uint64_t place = s * kSlabBlocks + block;
-            sums[place] = metric_.twin.sum(metric_.parameters, grids[0], grids[1], weights_[place]);
+            sums[place] = sums_of_channels(metric_, grids[0], grids[1], weights_[place]);
         }
     });
-    const double sum = std::accumulate(sums.begin(), sums.end(), 0.0);
-    const double distance = std::sqrt(sum / static_cast<double>(database.grid().voxels()));
+    CompensatedSum sum;
+    for (const auto& of_channel : sums | std::views::join) {
+        sum.add(of_channel);
+    }
+    const double distance = std::sqrt(sum.total() / static_cast<double>(database.grid().voxels()));
     if (metric_.header.degree >= 1 &&
         distance < std::sqrt(kSmallestSum / static_cast<double>(database.grid().voxels()))) {
         return float64_distances(database, metric_, {&pair, 1}).front();

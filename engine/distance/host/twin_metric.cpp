@@ -23,7 +23,7 @@ std::uint64_t TwinMetric::block_bytes(const PairList& pairs) {
 }
 
 std::uint64_t TwinMetric::fixed_bytes(const PairList& pairs) {
-    return pairs.size() * sizeof(double);
+    return pairs.size() * sizeof(CompensatedSum);
 }
 
 void TwinMetric::weigh(const Slab& slab) {
@@ -56,16 +56,17 @@ void TwinMetric::sum(const Slab& slab) {
 
 void TwinMetric::add(const Slab& slab) {
     for (std::uint64_t block = 0; block < slab.blocks(); ++block) {
-        const auto of_block = std::span(sums_).subspan(block * totals_.size(), totals_.size());
-        std::ranges::transform(totals_, of_block, totals_.begin(), std::plus<>());
+        for (std::size_t pair = 0; pair < totals_.size(); ++pair) {
+            totals_[pair].add(sums_[block * totals_.size() + pair]);
+        }
     }
 }
 
 MetricDistances TwinMetric::distances() const {
     MetricDistances result;
     result.values.resize(totals_.size());
-    std::ranges::transform(totals_, result.values.begin(), [&](double total) {
-        return std::sqrt(total / static_cast<double>(grid_voxels_));
+    std::ranges::transform(totals_, result.values.begin(), [&](const CompensatedSum& sum) {
+        return std::sqrt(sum.total() / static_cast<double>(grid_voxels_));
     });
     result.bounds.assign(totals_.size(), 0.0);
     return result;

@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "engine/distance/parts/compensated_sum.h"
 #include "engine/distance/parts/pair_totals.h"
 #include "engine/distance/parts/slab.h"
 
@@ -41,9 +42,9 @@ class TwinMetric {
     const PairList* pairs_;
     std::uint64_t grid_voxels_;
     std::vector<BlockWeights> weights_;
-    std::vector<BlockSamples> grid_;  // [block][material]
-    std::vector<double> sums_;        // [block][pair]
-    std::vector<double> totals_;      // [pair]
+    std::vector<BlockSamples> grid_;      // [block][material]
+    std::vector<double> sums_;            // [block][pair]
+    std::vector<CompensatedSum> totals_;  // [pair]
 };
 
 }  // namespace merl::engine
