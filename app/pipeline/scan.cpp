@@ -116,11 +116,13 @@ ScanResult scan_distances(scan::DistanceTable table, const engine::Database* dat
     if (!one.empty()) {
         result.strongest = one.front();
     }
+    const bool selection_is_refined =
+        refinable || scan::to_refine(distances, select, per_material, scan::Decided::selection,
+                                     control.stage("selecting"))
+                         .empty();
+    // What final distances leave open nothing refines.
     result.selection_is_exact =
-        refinable ? !has_final_bounds(distances) || result.left_open == 0
-                  : scan::to_refine(distances, select, per_material, scan::Decided::selection,
-                                    control.stage("selecting"))
-                        .empty();
+        selection_is_refined && (!has_final_bounds(distances) || result.left_open == 0);
     result.exact = result.selection_is_exact && result.left_open == 0 && may_be_exact;
     result.seconds.select = watch.lap();
     control.update("listing", 0);

@@ -175,6 +175,16 @@ std::size_t group_size(std::size_t materials, const Budget& budget) {
     return size;
 }
 
+/// Multiplies samples where they have a weight; elsewhere a large difference would become infinite,
+/// and times 0 no number.
+void scale_weighted(BlockSamples& samples, const BlockWeights& weights, double scale) {
+    for (auto& channel : samples) {
+        std::ranges::transform(
+            channel, weights, channel.begin(),
+            [=](double sample, double weight) { return weight == 0 ? 0.0 : sample * scale; });
+    }
+}
+
 /// Reads and transforms the materials of a pass: each once, for all parts.
 void make_grids(const Database& database, const Slab& slab, Pass& pass) {
     for (auto& part : pass.parts) {
@@ -202,10 +212,7 @@ void make_grids(const Database& database, const Slab& slab, Pass& pass) {
                 part.metric->twin.transform(part.metric->parameters, slab.voxels_of_block(block),
                                             samples[block], transformed);
                 if (part.scale != 1) {
-                    for (auto& channel : transformed) {
-                        std::ranges::transform(channel, channel.begin(),
-                                               [&](double sample) { return sample * part.scale; });
-                    }
+                    scale_weighted(transformed, part.weights[block], part.scale);
                 }
             }
         }

@@ -49,7 +49,10 @@ void main() {
                               two_doubles(texelFetch(grid, int(second + c * channel + k)));
             of_two += dvec2(power(d.x), power(d.y));
         }
-        precise dvec2 weighted = two_doubles(texelFetch(weights, int(block * channel + k))) * of_two;
+        // What has no weight may be infinite where samples are scaled.
+        dvec2 weight = two_doubles(texelFetch(weights, int(block * channel + k)));
+        precise dvec2 weighted = dvec2(weight.x == 0.0lf ? 0.0lf : weight.x * of_two.x,
+                                       weight.y == 0.0lf ? 0.0lf : weight.y * of_two.y);
         sum += weighted.x + weighted.y;
     }
     lanes[lane] = sum;

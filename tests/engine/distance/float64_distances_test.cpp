@@ -130,6 +130,22 @@ TEST(Reference, ErrorIsBelowTenToTheMinusFourteen) {
     EXPECT_GE(with_degree, 5U);
 }
 
+/// Where all that differs has no weight the sum is 0, and is computed again with scaled samples.
+TEST(Reference, OfWhatDiffersWithoutWeightIsZero) {
+    const Grid grid = {.theta_h = 11, .theta_d = 10, .phi_d = 40};
+    const test::FunctionDatabase database(
+        grid, 3, [&](std::size_t m, std::uint64_t voxel, std::size_t channel) {
+            const auto theta_d = voxel / grid.phi_d % grid.theta_d;
+            const bool differs = m == 1 ? theta_d > grid.theta_d / 2 : m == 2;
+            return 1.0 + static_cast<double>(channel) + (differs ? 1e9 : 0.0);
+        });
+    constexpr std::array<MaterialPair, 3> kPairs = {{{0, 1}, {0, 2}, {1, 2}}};
+    const auto distances = float64_distances(database, find_metric("window-log"), kPairs);
+    EXPECT_EQ(distances[0], 0);  // window-log has weight between 5 and 25 degrees
+    EXPECT_GT(distances[1], 1);
+    EXPECT_EQ(distances[1], distances[2]);
+}
+
 TEST(Reference, DoesNotDependOnTheOtherPairs) {
     const test::FunctionDatabase database({.theta_h = 9, .theta_d = 10, .phi_d = 40}, 40,
                                           test::random_sample);

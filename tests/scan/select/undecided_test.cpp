@@ -425,6 +425,29 @@ TEST(ToRefine, MoreThanAreCompared) {
     EXPECT_EQ(select_configurations(d, 1, 10).front().left, 0U);
 }
 
+TEST(ToRefine, MoreAreSelectedThanAreComparedAtATime) {
+    constexpr std::uint32_t kSelect = 300'000;  // of some 780,000 disagreements
+    constexpr std::uint32_t kPerMaterial = 1'000'000;
+    Random random(17);
+    std::uniform_real_distribution<double> value(1, 2);
+    std::vector<double> first(pair_count(60));
+    std::vector<double> second(first.size());
+    std::ranges::generate(first, [&] { return value(random); });
+    std::ranges::generate(second, [&] { return value(random); });
+    const Distances exact = make_distances(std::move(first), std::move(second));
+    Distances d = approximate(exact, {"", [](double v, Random&) { return 1e-6 * v; }}, random);
+    refine(d, exact, kSelect, kPerMaterial, Decided::selection);
+    const auto selected = select_configurations(d, kSelect, kPerMaterial);
+    const auto expected = select_configurations(exact, kSelect, kPerMaterial);
+    ASSERT_EQ(selected.size(), kSelect);
+    EXPECT_TRUE(
+        std::ranges::equal(selected, expected, {}, &Configuration::left, &Configuration::left));
+    EXPECT_TRUE(
+        std::ranges::equal(selected, expected, {}, &Configuration::right, &Configuration::right));
+    EXPECT_TRUE(std::ranges::equal(selected, expected, {}, &Configuration::agreement,
+                                   &Configuration::agreement));
+}
+
 TEST(ToRefine, WithoutBoundsAllAreExact) {
     Distances d = make_distances({1, 2, 3}, {3, 2, 1});
     EXPECT_TRUE(to_refine(d, 1, 1).empty());
