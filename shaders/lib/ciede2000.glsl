@@ -29,13 +29,18 @@ float ciede2000_squared(vec3 lab1, vec3 lab2) {
     float apart_b = b2 - b1;
     float apart_c = c2 - c1;
 
-    // c1 c2 times the sum of both directions, c2 (a1, b1) + c1 (a2, b2). What cancels in this form is
-    // small beside apart_c. Opposite colours have no such sum: their mean is square to the difference, on
-    // the side that hues from 0 to 360 degrees give. Grey has no hue and needs none.
-    float x = c * (a1 + a2) - 0.5 * apart_a * apart_c;
-    float y = c * (b1 + b2) - 0.5 * apart_b * apart_c;
-    bool is_opposite = !(x * x + y * y > 0.0);
+    // c1 c2 times the sum of both directions, c2 (a1, b1) + c1 (a2, b2), in a form that is the same for both
+    // orders however it is fused, and in which a small chroma beside a large one loses no digits. Opposite
+    // colours have no such sum: their mean is square to the difference, on the side that hues from 0 to
+    // 360 degrees give. Grey has no hue and needs none.
     float side = apart_b < 0.0 || (apart_b == 0.0 && apart_a < 0.0) ? 1.0 : -1.0;
+    bool takes_first = apart_c > 0.0 || (apart_c == 0.0 && side > 0.0);  // the smaller chroma
+    float smaller = min(c1, c2);
+    float smaller_a = takes_first ? a1 : a2;
+    float smaller_b = takes_first ? b1 : b2;
+    float x = smaller * (a1 + a2) + abs(apart_c) * smaller_a;
+    float y = smaller * (b1 + b2) + abs(apart_c) * smaller_b;
+    bool is_opposite = !(x * x + y * y > 0.0);
     x = is_opposite ? side * apart_b : x;
     y = is_opposite ? -side * apart_a : y;
     float scale = 1.0 / sqrt(max(x * x + y * y, 1e-37));
@@ -44,7 +49,7 @@ float ciede2000_squared(vec3 lab1, vec3 lab2) {
 
     // Hue difference 2 sqrt(c1 c2) sin(dh / 2): the cross product is c1 c2 sin(dh), the length of the sum
     // 2 c1 c2 cos(dh / 2).
-    float cross_product = 0.5 * ((a1 + a2) * apart_b - (b1 + b2) * apart_a);
+    float cross_product = smaller_a * apart_b - smaller_b * apart_a;
     float sine = is_opposite ? side : min(max(cross_product * scale, -1.0), 1.0);
     float dh = 2.0 * sqrt(c1 * c2) * sine;
 
