@@ -2,71 +2,77 @@
 // 142:2001; G. Sharma, W. Wu, E. Dalal, "The CIEDE2000 color-difference formula: implementation notes",
 // Color Research and Application 30(1), 2005).
 //
-// Hues are kept as unit vectors, so that their mean needs no cases: it is the direction of their sum.
+// Written without branches and with few roots and divisions, so that a loop over it becomes vectors.
+// Hues are directions, so that their mean needs no cases: it is the direction of their sum. Nothing
+// changes but a sign, in pairs, where the colours change places: the difference is the same to the bit.
 
-// x^7 / (x^7 + 25^7) for a chroma x.
-float ciede2000_chroma_share(float x) {
-    float q = 25.0 / max(x, 1e-3);
-    float square = q * q;
-    return 1.0 / (1.0 + square * square * square * q);
+// sqrt(x^7 / (x^7 + 25^7)) for a chroma x; 1 to the last digit beyond 25000.
+float ciede2000_chroma_root(float x) {
+    float y = min(0.04 * x, 1000.0);
+    float y2 = y * y;
+    float y7 = y2 * y2 * y2 * y;
+    return sqrt(y7 / (1.0 + y7));
 }
 
 float ciede2000_squared(vec3 lab1, vec3 lab2) {
-    float mean_chroma = 0.5 * (length(vec2(lab1.y, lab1.z)) + length(vec2(lab2.y, lab2.z)));
-    float stretch = 1.5 - 0.5 * sqrt(ciede2000_chroma_share(mean_chroma));
-    vec2 ab1 = vec2(stretch * lab1.y, lab1.z);
-    vec2 ab2 = vec2(stretch * lab2.y, lab2.z);
-    float c1 = length(ab1);
-    float c2 = length(ab2);
+    float mean_chroma = 0.5 * (sqrt(lab1.y * lab1.y + lab1.z * lab1.z) + sqrt(lab2.y * lab2.y + lab2.z * lab2.z));
+    float stretch = 1.5 - 0.5 * ciede2000_chroma_root(mean_chroma);
+    float a1 = stretch * lab1.y;
+    float a2 = stretch * lab2.y;
+    float b1 = lab1.z;
+    float b2 = lab2.z;
+    float c1 = sqrt(a1 * a1 + b1 * b1);
+    float c2 = sqrt(a2 * a2 + b2 * b2);
     float c = 0.5 * (c1 + c2);
     float l = 0.5 * (lab1.x + lab2.x) - 50.0;
+    float apart_a = a2 - a1;
+    float apart_b = b2 - b1;
+    float apart_c = c2 - c1;
 
-    // Hue difference 2 sqrt(c1 c2) sin(dh / 2) from the cross and the dot product. The former is half
-    // that of sum and difference, which is the same to the last bit, but for its sign, for both orders.
-    vec2 sum = ab1 + ab2;
-    vec2 apart = ab2 - ab1;
-    float cross_product = 0.5 * (sum.x * apart.y - sum.y * apart.x);
-    float cosine = c1 * c2 + dot(ab1, ab2);
-    float largest = 2.0 * sqrt(c1 * c2);
-    float dh = cosine > 0.0 ? cross_product / sqrt(0.5 * cosine) : largest;
-    dh = min(max(dh, -largest), largest);
+    // c1 c2 times the sum of both directions, c2 (a1, b1) + c1 (a2, b2), in a form that is the same for both
+    // orders however it is fused, and in which a small chroma beside a large one loses no digits. Opposite
+    // colours have no such sum: their mean is square to the difference, on the side that hues from 0 to
+    // 360 degrees give. Grey has no hue and needs none.
+    float side = apart_b < 0.0 || (apart_b == 0.0 && apart_a < 0.0) ? 1.0 : -1.0;
+    bool takes_first = apart_c > 0.0 || (apart_c == 0.0 && side > 0.0);  // the smaller chroma
+    float smaller = min(c1, c2);
+    float smaller_a = takes_first ? a1 : a2;
+    float smaller_b = takes_first ? b1 : b2;
+    float x = smaller * (a1 + a2) + abs(apart_c) * smaller_a;
+    float y = smaller * (b1 + b2) + abs(apart_c) * smaller_b;
+    bool is_opposite = !(x * x + y * y > 0.0);
+    x = is_opposite ? side * apart_b : x;
+    y = is_opposite ? -side * apart_a : y;
+    float scale = 1.0 / sqrt(max(x * x + y * y, 1e-37));
+    float cos1 = x * scale;
+    float sin1 = y * scale;
 
-    // The mean hue: cosine and sine. Grey has no hue and leaves it to the other.
-    vec2 hue = vec2(0.0, 0.0);
-    if (c1 > 0.0) {
-        hue += ab1 / c1;
-    }
-    if (c2 > 0.0) {
-        hue += ab2 / c2;
-    }
-    float size = length(hue);
-    if (size > 0.0) {
-        hue /= size;
-    } else {  // opposite: halfway from the one above the a axis
-        vec2 above = ab1.y > 0.0 || (ab1.y == 0.0 && ab1.x > 0.0) ? ab1 : ab2;
-        hue = c > 0.0 ? vec2(-above.y, above.x) / length(above) : vec2(1.0, 0.0);
-    }
-    float cos1 = hue.x;
-    float sin1 = hue.y;
-    float cos2 = cos1 * cos1 - sin1 * sin1;
+    // Hue difference 2 sqrt(c1 c2) sin(dh / 2): the cross product is c1 c2 sin(dh), the length of the sum
+    // 2 c1 c2 cos(dh / 2).
+    float cross_product = smaller_a * apart_b - smaller_b * apart_a;
+    float sine = is_opposite ? side : min(max(cross_product * scale, -1.0), 1.0);
+    float dh = 2.0 * sqrt(c1 * c2) * sine;
+
+    // 1 - 0.17 cos(h - 30) + 0.24 cos(2 h) + 0.32 cos(3 h + 6) - 0.20 cos(4 h - 63), in degrees, where
+    // cos(3 h) = cos(h) (2 cos(2 h) - 1) and sin(3 h) = sin(h) (2 cos(2 h) + 1).
+    float cos2 = 2.0 * cos1 * cos1 - 1.0;
     float sin2 = 2.0 * cos1 * sin1;
-    float cos3 = cos1 * cos2 - sin1 * sin2;
-    float sin3 = sin1 * cos2 + cos1 * sin2;
-    float cos4 = cos2 * cos2 - sin2 * sin2;
-    float sin4 = 2.0 * cos2 * sin2;
-    float t = 1.0 - 0.17 * (0.866025403784438647 * cos1 + 0.5 * sin1) + 0.24 * cos2 +
-              0.32 * (0.994521895368273337 * cos3 - 0.104528463267653471 * sin3) -
-              0.20 * (0.453990499739546792 * cos4 + 0.891006524188367862 * sin4);
+    float t = 1.0 + 0.20 * 0.453990499739546792 +
+              cos1 * ((2.0 * 0.32 * 0.994521895368273337) * cos2 -
+                      (0.32 * 0.994521895368273337 + 0.17 * 0.866025403784438647)) -
+              sin1 * ((2.0 * 0.32 * 0.104528463267653471) * cos2 + (0.32 * 0.104528463267653471 + 0.17 * 0.5)) +
+              cos2 * (0.24 - (0.40 * 0.453990499739546792) * cos2 - (0.40 * 0.891006524188367862) * sin2);
 
-    // The rotation around blue: degrees from a hue of 275.
-    float from_blue = 57.2957795130823209 *
+    // The rotation around blue: degrees from a hue of 275, over 25.
+    float from_blue = (57.2957795130823209 / 25.0) *
                       atan(0.996194698091745532 * cos1 + 0.0871557427476581736 * sin1,
-                           0.0871557427476581736 * cos1 - 0.996194698091745532 * sin1) / 25.0;
+                           0.0871557427476581736 * cos1 - 0.996194698091745532 * sin1);
     float turn = 1.04719755119659775 * exp(-from_blue * from_blue);  // twice 30 degrees, in radians
-    float rotation = -2.0 * sqrt(ciede2000_chroma_share(c)) * sin(turn);
+    float rotation = -2.0 * ciede2000_chroma_root(c) * sin(turn);
 
-    float dl = (lab2.x - lab1.x) / (1.0 + 0.015 * l * l / sqrt(20.0 + l * l));
-    float dc = (c2 - c1) / (1.0 + 0.045 * c);
+    float root = sqrt(20.0 + l * l);
+    float dl = (lab2.x - lab1.x) * root / (root + 0.015 * l * l);
+    float dc = apart_c / (1.0 + 0.045 * c);
     dh = dh / (1.0 + 0.015 * c * t);
     return max(0.0, dl * dl + dc * dc + dh * dh + rotation * dc * dh);
 }
