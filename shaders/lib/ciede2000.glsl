@@ -29,28 +29,26 @@ float ciede2000_squared(vec3 lab1, vec3 lab2) {
     float apart_b = b2 - b1;
     float apart_c = c2 - c1;
 
-    // c1 c2 times the sum of both directions, c2 (a1, b1) + c1 (a2, b2), in a form that is the same for both
-    // orders however it is fused, and in which a small chroma beside a large one loses no digits. Opposite
-    // colours have no such sum: their mean is square to the difference, on the side that hues from 0 to
-    // 360 degrees give. Grey has no hue and needs none.
-    float side = apart_b < 0.0 || (apart_b == 0.0 && apart_a < 0.0) ? 1.0 : -1.0;
-    bool takes_first = apart_c > 0.0 || (apart_c == 0.0 && side > 0.0);  // the smaller chroma
-    float smaller = min(c1, c2);
-    float smaller_a = takes_first ? a1 : a2;
-    float smaller_b = takes_first ? b1 : b2;
-    float x = smaller * (a1 + a2) + abs(apart_c) * smaller_a;
-    float y = smaller * (b1 + b2) + abs(apart_c) * smaller_b;
-    bool is_opposite = !(x * x + y * y > 0.0);
-    x = is_opposite ? side * apart_b : x;
-    y = is_opposite ? -side * apart_a : y;
+    // The mean hue is the direction of u1 + u2, the sum of both directions, and square to u1 - u2: whichever
+    // of the two is longer is taken, times c1 c2, so that nothing cancels. Which side of u1 - u2 the sign of
+    // the cross product c1 c2 sin(dh) says; of opposite colours hues from 0 to 360 degrees do. Grey has no
+    // hue and needs none.
+    float cross_product = 0.5 * ((a1 + a2) * apart_b - (b1 + b2) * apart_a);
+    bool is_far = a1 * a2 + b1 * b2 < 0.0;
+    bool is_left = cross_product > 0.0 ||
+                   (cross_product == 0.0 && (apart_b < 0.0 || (apart_b == 0.0 && apart_a < 0.0)));
+    float side = is_left ? 1.0 : -1.0;
+    float half_c = 0.5 * apart_c;
+    float x = is_far ? side * (c * apart_b - half_c * (b1 + b2)) : c * (a1 + a2) - half_c * apart_a;
+    float y = is_far ? side * (half_c * (a1 + a2) - c * apart_a) : c * (b1 + b2) - half_c * apart_b;
     float scale = 1.0 / sqrt(max(x * x + y * y, 1e-37));
     float cos1 = x * scale;
     float sin1 = y * scale;
 
-    // Hue difference 2 sqrt(c1 c2) sin(dh / 2): the cross product is c1 c2 sin(dh), the length of the sum
-    // 2 c1 c2 cos(dh / 2).
-    float cross_product = smaller_a * apart_b - smaller_b * apart_a;
-    float sine = is_opposite ? side : min(max(cross_product * scale, -1.0), 1.0);
+    // Hue difference 2 sqrt(c1 c2) sin(dh / 2). The lengths of sum and difference are 2 c1 c2 cos(dh / 2) and
+    // 2 c1 c2 sin(dh / 2), so the cross product over the one is sin(dh / 2), over the other cos(dh / 2).
+    float ratio = min(max(cross_product * scale, -1.0), 1.0);
+    float sine = is_far ? side * sqrt(1.0 - ratio * ratio) : ratio;
     float dh = 2.0 * sqrt(c1 * c2) * sine;
 
     // 1 - 0.17 cos(h - 30) + 0.24 cos(2 h) + 0.32 cos(3 h + 6) - 0.20 cos(4 h - 63), in degrees, where
