@@ -23,9 +23,9 @@ void add_completion(CLI::App& program, Command& chosen) {
             ""));
     command->footer(
         "Examples:\n"
+        "  merl-scan completion fish > ~/.config/fish/completions/merl-scan.fish\n"
         "  source <(merl-scan completion bash)                   in ~/.bashrc\n"
-        "  source <(merl-scan completion zsh)                    in ~/.zshrc, after compinit\n"
-        "  merl-scan completion fish > ~/.config/fish/completions/merl-scan.fish");
+        "  source <(merl-scan completion zsh)                    in ~/.zshrc, after compinit");
     command->callback([&chosen, &program, shell] {
         chosen = [&program, shell] {
             print_lines(*shell == "bash"  ? bash_completion(program)

@@ -154,9 +154,8 @@ class Cite(Case):
         self.assertEqual(self.only_line(self.assert_success("cite", out / "summary.json")), line)
 
     def test_parameters(self):
-        write_database(self.work / "db", 3)
-        self.assert_success("compare", "--database", "db", "--device", "host", "--metrics",
-                            "gloss-contrast:haze=0.5,rmse", "--out", "out")
+        self.assert_success("compare", "--database", "blends:3", "--grid", "45x45x90", "--device",
+                            "host", "--metrics", "gloss-contrast:haze=0.5,rmse", "--out", "out")
         line = self.assert_success("cite", "out")
         self.assertRegex(line, r"gloss-contrast:[^,]*haze=0\.5\b[^,]*\(float64\)")
         page = (self.work / "out" / "compare.html").read_text(encoding="utf-8")
