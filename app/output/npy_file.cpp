@@ -14,6 +14,7 @@
 
 #include "app/output/staging.h"
 #include "engine/base/error.h"
+#include "engine/base/hash.h"
 #include "engine/base/text.h"
 
 namespace merl::app {
@@ -41,6 +42,11 @@ std::string npy_header(std::span<const std::uint64_t> sides) {
     header += shape;
     header.resize(bytes - 1, ' ');
     return header + '\n';
+}
+
+std::string hash_of_numbers(std::span<const double> numbers) {
+    const auto bytes = std::as_bytes(numbers);
+    return hash_of({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
 }
 
 NpyFile::NpyFile(const std::filesystem::path& path, std::span<const std::uint64_t> sides) {

@@ -10,9 +10,13 @@ namespace merl::app {
 
 // Arrays of float64 as NumPy stores them (format 1.0 of numpy.lib.format), row by row.
 
-/// What the file of an array of these sides, two or more, begins with: so many bytes that numbers after it are
-/// where vectors like them.
+/// What the file of an array of these sides, two or more, begins with: so many bytes that numbers
+/// after it are where vectors like them.
 std::string npy_header(std::span<const std::uint64_t> sides);
+
+/// What says that an array is the one that was written: hash_of() of its numbers, as they are in
+/// the file.
+std::string hash_of_numbers(std::span<const double> numbers);
 
 /// Such a file, mapped into memory as long as it lives.
 class NpyFile {

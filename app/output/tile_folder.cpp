@@ -165,16 +165,28 @@ std::vector<std::uint64_t> TileFolder::sides_of(std::uint64_t tile) const {
 }
 
 bool TileFolder::has(std::uint64_t tile) const {
-    std::error_code none;
-    if (!fs::is_regular_file(path_of(tile, ".json"), none)) {
+    if (!is_there(path_of(tile, ".json"))) {
         return false;
     }
     try {
-        const NpyFile array(path_of(tile, ".npy"), sides_of(tile));
+        open(tile);
         return true;
     } catch (const InputError&) {
         return false;
     }
+}
+
+/// As it was written: a byte that a disk or a copy changed is seen.
+std::unique_ptr<const NpyFile> TileFolder::open(std::uint64_t tile) const {
+    const auto path = path_of(tile, ".npy");
+    auto array = std::make_unique<const NpyFile>(path, sides_of(tile));
+    const auto expected = record(tile).array_hash;
+    if (const auto found = hash_of_numbers(array->numbers()); found != expected) {
+        throw InputError(
+            fmt::format("{}: found numbers with the hash {}; expected those of its .json, {}",
+                        path.string(), found, expected));
+    }
+    return array;
 }
 
 std::uint64_t TileFolder::count() const {
@@ -286,7 +298,9 @@ void TileFolder::require_all() const {
         std::string why;
         if (is_there(path)) {
             try {
-                const NpyFile array(path, sides_of(first));
+                if (is_there(path_of(first, ".json"))) {
+                    open(first);
+                }
                 why = "; its .json is missing";
             } catch (const InputError& error) {
                 why = fmt::format(" ({})", error.what());
@@ -371,11 +385,11 @@ pipeline::PairDistances TileFolder::read(std::span<const std::string> metrics,
     for (std::uint64_t tile = 0; tile < manifest_.tiles.count(); ++tile) {
         const auto path = path_of(tile, ".npy");
         const auto at = manifest_.tiles.at(tile);
-        const NpyFile array(path, sides_of(tile));
+        const auto array = open(tile);
         const std::size_t plane = std::size_t{at.rows} * at.columns;
         for (std::size_t m = 0; m < places.size(); ++m) {
-            const auto distances = array.numbers().subspan(2 * places[m] * plane, plane);
-            const auto bounds = array.numbers().subspan((2 * places[m] + 1) * plane, plane);
+            const auto distances = array->numbers().subspan(2 * places[m] * plane, plane);
+            const auto bounds = array->numbers().subspan((2 * places[m] + 1) * plane, plane);
             require_numbers(distances, bounds, path);
             auto& column = result.table.metrics[m];
             for (std::uint32_t r = 0; r < at.rows; ++r) {
@@ -421,15 +435,15 @@ pipeline::ListedPairDistances TileFolder::read_listed(std::span<const std::strin
         }
         const auto path = path_of(tile, ".npy");
         const auto at = tiles.at(tile);
-        const NpyFile array(path, sides_of(tile));
+        const auto array = open(tile);
         const std::size_t plane = std::size_t{at.rows} * at.columns;
         for (const auto p : of_tile[tile]) {
             const std::size_t in_plane =
                 std::size_t{pairs[p].first - at.row} * at.columns + (pairs[p].second - at.column);
             for (std::size_t m = 0; m < places.size(); ++m) {
-                const auto distance = array.numbers().subspan(2 * places[m] * plane + in_plane, 1);
+                const auto distance = array->numbers().subspan(2 * places[m] * plane + in_plane, 1);
                 const auto bound =
-                    array.numbers().subspan((2 * places[m] + 1) * plane + in_plane, 1);
+                    array->numbers().subspan((2 * places[m] + 1) * plane + in_plane, 1);
                 require_numbers(distance, bound, path);
                 result.table.metrics[m].values[p] = distance[0];
                 result.table.metrics[m].bounds[p] = bound[0];

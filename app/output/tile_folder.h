@@ -3,10 +3,12 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <span>
 #include <string>
 #include <vector>
 
+#include "app/output/npy_file.h"
 #include "app/output/tile_manifest.h"
 #include "app/pipeline/control.h"
 #include "app/pipeline/distance_tiles.h"
@@ -36,7 +38,8 @@ class TileFolder {
     std::string manifest_path() const;
     std::string manifest_hash() const;
 
-    /// Whether a tile is there: its files, the array as long as it should be and of its shape.
+    /// Whether a tile is there: its files, the record one of it, and the array the one that was
+    /// written.
     bool has(std::uint64_t tile) const;
 
     /// How many are.
@@ -65,6 +68,7 @@ class TileFolder {
     std::vector<std::uint64_t> sides_of(std::uint64_t tile) const;
     std::filesystem::path path_of(std::uint64_t tile, const char* extension) const;
     TileRecord record(std::uint64_t tile) const;
+    std::unique_ptr<const NpyFile> open(std::uint64_t tile) const;
     void write_whole(const std::filesystem::path& path,
                      const std::function<void(int file)>& write) const;
     void create(const std::string& text) const;

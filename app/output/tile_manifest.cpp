@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "app/output/json.h"
+#include "app/output/npy_file.h"
 #include "app/output/provenance.h"
 #include "engine/base/error.h"
 #include "engine/base/hash.h"
@@ -321,6 +322,7 @@ TileRecord record_of(const TileManifest& manifest, const pipeline::DistanceTile&
     record.rows_hash = hash_of(manifest, rectangle.row, planes.first(rectangle.rows));
     record.columns_hash = hash_of(manifest, rectangle.column, planes.last(rectangle.columns));
     record.voxels = tile.voxels;
+    record.array_hash = hash_of_numbers(tile.numbers);
     if (rectangle.is_diagonal()) {
         record.planes = tile.plane_hashes;
         record.counts = tile.counts;
@@ -335,6 +337,7 @@ std::string record_text(const TileManifest& manifest, const TileRecord& record) 
     json["rows"] = {{"first", row}, {"count", rows}, {"content_hash", record.rows_hash}};
     json["columns"] = {
         {"first", column}, {"count", columns}, {"content_hash", record.columns_hash}};
+    json["array_hash"] = record.array_hash;
     json["samples_above_horizon"] = record.voxels;
     json["materials"] = ordered_json::array();
     for (std::size_t m = 0; m < record.planes.size(); ++m) {
@@ -365,6 +368,7 @@ TileRecord parse_record(const std::string& text, const std::string& file,
         }
         record.rows_hash = text_at(rows, "content_hash");
         record.columns_hash = text_at(columns, "content_hash");
+        record.array_hash = text_at(json, "array_hash");
         record.voxels = json.at("samples_above_horizon").get<std::uint64_t>();
         record.warnings = texts_at(json, "warnings");
         for (const auto& material : json.at("materials")) {

@@ -49,6 +49,7 @@ struct TileRecord {
     std::string rows_hash;  // content_digest() of these materials
     std::string columns_hash;
     std::uint64_t voxels = 0;
+    std::string array_hash;  // hash_of() the numbers of the array, as they are in its file
     // Of a tile on the diagonal, of its materials:
     std::vector<std::string> planes;
     std::vector<engine::MaterialCounts> counts;

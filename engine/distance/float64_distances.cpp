@@ -322,7 +322,9 @@ void recompute_smallest(const Database& database, std::span<const Float64Request
         auto next = recomputed[r].begin();
         for (double& distance : distances[r]) {
             if (is_small(requests[r], distance)) {
-                distance = *next++;
+                // Infinite where it is weights that are tiny: then what there is stays.
+                const double scaled = *next++;
+                distance = std::isfinite(scaled) ? scaled : distance;
             }
         }
     }

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 #include <optional>
 #include <set>
 #include <string>
@@ -446,7 +447,10 @@ std::vector<std::vector<double>> vulkan_float64_distances(
         auto next = scaled[r].begin();
         for (double& sum : result[r]) {
             const bool is_small = !again[r].pairs.empty() && sum < kSmallestSum;
-            sum = is_small ? std::sqrt(*next++ / voxels) / scale : std::sqrt(sum / voxels);
+            const double small = is_small ? *next++ : std::numeric_limits<double>::infinity();
+            // Infinite, too, where it is weights that are tiny: then what there is stays.
+            sum =
+                std::isfinite(small) ? std::sqrt(small / voxels) / scale : std::sqrt(sum / voxels);
         }
     }
     return result;
