@@ -308,10 +308,9 @@ int score_judgements(const ScoreOptions& options) {
     }
     warn_of_circular_scores(o);
     warn_of_fitted(options, o);
-    o.result = pipeline::score_distances(o.obtained.distances.table, o.judgements.file,
-                                         o.obtained.database.get(), o.obtained.metrics,
-                                         options.distances.memory, control,
-                                         o.obtained.engines.get());
+    o.result = pipeline::score_distances(
+        o.obtained.distances.table, o.judgements.file, o.obtained.database.get(),
+        o.obtained.metrics, options.distances.memory, control, o.obtained.engines.get());
     for (std::size_t m = 0; m < o.result.score.metrics.size(); ++m) {
         auto& metric = o.result.score.metrics[m];
         metric.selected = o.judgements.are_selected_by(metric.name);

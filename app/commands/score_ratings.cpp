@@ -493,10 +493,9 @@ int score_ratings(const ScoreOptions& options) {
     o.obtained = obtain_listed_distances(options.distances, kScoreMetrics, pairs_of, control);
     warn_of_stand_in(o);
     warn_of_names(o);
-    o.result = pipeline::score_ratings(o.obtained.distances.table, o.ratings,
-                                       options.ratings.differ_by, o.obtained.database.get(),
-                                       o.obtained.metrics, options.distances.memory, control,
-                                       o.obtained.engines.get());
+    o.result = pipeline::score_ratings(
+        o.obtained.distances.table, o.ratings, options.ratings.differ_by, o.obtained.database.get(),
+        o.obtained.metrics, options.distances.memory, control, o.obtained.engines.get());
     mark_fitted(o);
     warn_if_all_are_zero(o.obtained.distances.provenance, o.obtained.distances.table.metrics);
     out.finish();

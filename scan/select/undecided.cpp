@@ -119,7 +119,7 @@ class SelectionDoubts {
         DisagreementSearch search(distances_.pairs(), places, progress);
         Participation participation(distances_.materials(), per_material);
         std::deque<Configuration> ahead;  // yielded by the search and not yet taken
-        std::size_t compared = 0;  // since one was taken
+        std::size_t compared = 0;         // since one was taken
         const auto look_further = [&] {
             const auto found = search.next();
             if (found && ++compared <= most_compared) {
