@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <ranges>
 #include <stdexcept>
 #include <utility>
 
@@ -93,8 +92,10 @@ double PairDistance::operator()(const Database& database, MaterialPair pair) con
         }
     });
     CompensatedSum sum;
-    for (const auto& of_channel : sums | std::views::join) {
-        sum.add(of_channel);
+    for (const auto& of_block : sums) {
+        for (const double of_channel : of_block) {
+            sum.add(of_channel);
+        }
     }
     const double distance = std::sqrt(sum.total() / static_cast<double>(database.grid().voxels()));
     if (metric_.header.degree >= 1 &&

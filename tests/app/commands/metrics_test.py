@@ -80,8 +80,13 @@ class Exact(Case):
         self.assertEqual(mixed["disagreements"], library["disagreements"])
         self.assertEqual(mixed["refined_by"], {"cwcbrt.glsl": "vulkan", "pawcielab": "host"})
         fast = self.of("cwcbrt.glsl,pawcielab", "fast", "--fast")[0]
-        self.assertFalse(fast["exact"])
-        self.assertEqual(set(fast["refined_distances"].values()), {0})
+        self.assertTrue(fast["exact_selection"])
+        self.assertEqual(fast["selection"], mixed["selection"])
+        for metric, refined in fast["refined_distances"].items():
+            self.assertLessEqual(refined, mixed["refined_distances"][metric])
+        between = fast["disagreements_between"]
+        self.assertLessEqual(between["least"], mixed["disagreements"])
+        self.assertGreaterEqual(between["greatest"], mixed["disagreements"])
 
     def test_without_a_degree_it_is_not(self):
         (self.work / "mine.glsl").write_text(TRANSFORM + WEIGHT + DIFFERENCE)

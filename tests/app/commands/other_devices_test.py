@@ -107,8 +107,13 @@ class OtherDevices(Case):
             slabs[device] = found["slabs"]
         self.assertLess(*slabs.values())
 
-    def test_too_little_memory_of_its_own(self):
-        self.refused("kind=discrete heap=1 bar=1", ["12 materials", "memory", "free"])
+    def test_little_memory_of_its_own(self):
+        """What does not fit at once it computes square by square."""
+        expected, summary = self.results("", "--device", "host", out="host")
+        selection, found = self.results("kind=discrete heap=1 bar=1")
+        self.assertEqual(found["engines"][0]["engine"], "vulkan")
+        self.assertEqual(selection, expected)
+        self.assertEqual(found["disagreements"], summary["disagreements"])
 
     def test_no_memory_that_the_host_reaches(self):
         self.refused("kind=discrete heap=64 no-usable-memory", ["no memory", "host can reach"])
