@@ -147,6 +147,8 @@ pipeline::MetricProvenance metric_of(const ordered_json& json) {
     metric.source = text_at(json, "source");
     metric.note = text_at(json, "note");
     metric.is_pseudometric = json.at("is_pseudometric").get<bool>();
+    metric.accuracy = text_at(json, "accuracy");
+    metric.refined_by = text_at(json, "refined_by");
     for (const auto& [name, value] : json.at("parameters").items()) {
         metric.parameters.emplace_back(name, value.get<double>());
     }
@@ -255,6 +257,8 @@ std::string manifest_text(const TileManifest& manifest) {
     auto metrics = metrics_json(provenance);
     for (std::size_t m = 0; m < manifest.metrics.size(); ++m) {
         metrics[m]["is_pseudometric"] = provenance.metrics[m].is_pseudometric;
+        metrics[m]["accuracy"] = provenance.metrics[m].accuracy;
+        metrics[m]["refined_by"] = provenance.metrics[m].refined_by;
         metrics[m]["is_summary"] = manifest.metrics[m].is_final;
         metrics[m]["text"] = as_utf8(manifest.metrics[m].text);
         metrics[m]["source_hash"] = manifest.metrics[m].source_hash;

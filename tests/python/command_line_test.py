@@ -105,7 +105,9 @@ class CommandLine(support.Case):
         text = f"{file}:gamma=0.5"
         out = self.scan("--database", "database", "--metrics", f"rmse,{text}")
         d = ms.distances(self.database, ["rmse", text])
-        self.assertEqual([float(x) for x in self.column(out / "pairs.csv", d.metrics[1])], d.values[d.metrics[1]].tolist())
+        # Some are refined there.
+        for there, here in zip(self.column(out / "pairs.csv", d.metrics[1]), d.values[d.metrics[1]].tolist(), strict=True):
+            self.assertAlmostEqual(float(there) / here, 1, delta=1e-6)
         a, b = (self.database[m].samples() for m in ("m00", "m01"))
         self.assertEqual(ms.distance(text, a, b), d.values[d.metrics[1]][0])
         file.write_text(OWN.replace("vec3(gamma)", "nonsense"))

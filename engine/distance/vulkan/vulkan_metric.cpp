@@ -495,7 +495,7 @@ void VulkanMetric::record(PacedWork& work, Products& products, std::uint32_t vox
     const auto degree = [&](std::uint32_t step, std::uint32_t groups) {
         // Nobody knows how long a user's difference is.
         work.dispatch(*products.degree_, bytes_of(DegreePush{step, kDegreeNumbers}), groups, 1,
-                      pair_work(tiles_.side));
+                      pair_work(check_units(*metric_)));
     };
     if (asks_degree) {
         const std::uint32_t of_group = kDegreeNumbersOfInvocation * subgroup_size_;

@@ -127,7 +127,10 @@ long double textbook_ciede2000_squared(const Lab& one, const Lab& other) {
     const long double t =
         1 - 0.17L * std::cos((hue - 30) * kDegree) + 0.24L * std::cos(2 * hue * kDegree) +
         0.32L * std::cos((3 * hue + 6) * kDegree) - 0.20L * std::cos((4 * hue - 63) * kDegree);
-    const long double turn = 30 * std::exp(-std::pow((hue - 275) / 25, 2.0L));
+    // The definition takes 275 from hues of 0 to 360 degrees, here and in the file the way round is
+    // the shorter one: 1e-8 of the rotation where that matters.
+    const long double from_blue = std::remainder(hue - 275, 360.0L) / 25;
+    const long double turn = 30 * std::exp(-from_blue * from_blue);
     const long double rotation = -2 * share(mean) * std::sin(2 * turn * kDegree);
     const long double dl = (static_cast<long double>(other[0]) - static_cast<long double>(one[0])) /
                            (1 + 0.015L * (l - 50) * (l - 50) / std::sqrt(20 + (l - 50) * (l - 50)));
