@@ -74,7 +74,7 @@ TileSource reopen_source(const TileFolder& folder, pipeline::Provenance& provena
         }
     } catch (const Error& error) {
         provenance.warnings.push_back(
-            fmt::format("{}; distances are not refined, as with --fast", error.what()));
+            fmt::format("{}; distances are not refined, and decide within their bounds", error.what()));
         return {};
     }
     if (is_named) {
