@@ -79,8 +79,8 @@ class Taken(Case):
         (self.work / "votes.csv").write_text("reference,a,b,votes_a,votes_b\n" + "\n".join(rows))
         most = self.taken("score", "--judgements", "votes.csv", "--database", "db", "--memory",
                           "56M", "--out", "out", "--threads", 2)
-        # 150 bytes of every pair and metric, half of them while it is refined.
-        self.assertLess(most, self.base() + 1.5 * 56 * MIB + 12 * 150 * 19900)
+        # 200 bytes of every pair and metric, most of them while it is refined.
+        self.assertLess(most, self.base() + 1.5 * 56 * MIB + 15 * 200 * 19900)
 
     def test_few_materials_on_a_fine_grid(self):
         for name in "ab":
