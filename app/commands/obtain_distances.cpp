@@ -56,10 +56,10 @@ Obtained<Distances> compute(const DistanceOptions& options, const MetricNeeds& n
     result.opened = std::move(opened.metrics);  // which stay where `metrics` says
     result.metrics = std::move(metrics);
     result.database = std::move(opened.database);
-    with_memory_advice([&] {
-        result.distances = compute_them(*opened.engines, *result.database, result.metrics);
-    });
     result.engines = std::move(opened.engines);
+    with_memory_advice([&] {
+        result.distances = compute_them(*result.engines, *result.database, result.metrics);
+    });
     result.distances.provenance.left_out = std::move(left_out);
     return result;
 }

@@ -31,7 +31,7 @@ std::string from_python(const py::handle& text) {
     if (!bytes) {
         throw py::error_already_set();
     }
-    return {bytes};
+    return std::string(bytes);
 }
 
 std::vector<std::string> from_python_list(const py::sequence& texts) {

@@ -101,8 +101,8 @@ void PairTree::arrange(std::uint32_t node, std::vector<Item>& items, Work& work)
         greatest_second = std::max<double>(greatest_second, items[i].second);
     }
     const auto at = [&](std::uint32_t i) { return items.begin() + i; };
-    const auto split = [&](float Item::*axis) {
-        std::nth_element(at(begin), at(range(right(node)).begin), at(end),
+    const auto split = [&, first = at(begin), last = at(end)](float Item::*axis) {
+        std::nth_element(first, at(range(right(node)).begin), last,
                          [&](const Item& x, const Item& y) {
                              work.add_one();
                              return x.*axis < y.*axis;

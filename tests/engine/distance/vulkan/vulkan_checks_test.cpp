@@ -62,8 +62,9 @@ TEST(Checks, OfWhatADegreePromises) {
         {"return d * d * (1.0 + 3e-4);", "promises |d|^2"},
         {"return d * d + (abs(d) > 1e6 ? float(1 << (32 + int(d * 0.0))) : 0.0);", "shifts by"},
         {"for (int i = 0; abs(d) > 1e6; ++i) { d += 0.0; } return d * d;", "does not end"}};
-    for (const auto& [difference, words] : bad) {
-        test::expect_refused([&] { compute(with_degree("2", difference)); }, words);
+    for (const auto& [text, words] : bad) {
+        test::expect_refused([&, &difference = text] { compute(with_degree("2", difference)); },
+                             words);
     }
     test::expect_refused([&] { compute(with_degree("1", "return d;")); }, "expected zero or more");
     test::expect_refused([&] { compute(with_degree("2/3", "return abs(d);")); }, "|d|^2/3");
