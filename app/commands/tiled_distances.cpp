@@ -73,8 +73,8 @@ TileSource reopen_source(const TileFolder& folder, pipeline::Provenance& provena
             source.database = open_database(database);
         }
     } catch (const Error& error) {
-        provenance.warnings.push_back(
-            fmt::format("{}; distances are not refined, and decide within their bounds", error.what()));
+        provenance.warnings.push_back(fmt::format(
+            "{}; distances are not refined, and decide within their bounds", error.what()));
         return {};
     }
     if (is_named) {
