@@ -11,6 +11,7 @@ import concurrent.futures
 import json
 import os
 import pathlib
+import re
 import shlex
 import subprocess
 import sys
@@ -21,6 +22,8 @@ import units
 SOURCE = pathlib.Path(__file__).resolve().parents[1]
 FOLDERS = ("app", "engine", "scan")
 FILES_OF_A_UNIT = 12
+UNIT = re.compile(r"unity_\w+_cxx\.cxx")
+INCLUDED = re.compile(r'^#include "([^"]+)"', re.MULTILINE)
 
 
 def flags_of(command):
@@ -33,13 +36,21 @@ def flags_of(command):
     return tuple(flags)
 
 
+def files_of(entry):
+    """What a compile command compiles: a file, or those of a unit of the build (MERL_SCAN_UNITY)."""
+    file = pathlib.Path(entry["file"]).resolve()
+    if not UNIT.fullmatch(file.name):
+        return [file]
+    return [pathlib.Path(name).resolve() for name in INCLUDED.findall(file.read_text(encoding="utf-8"))]
+
+
 def sources(build):
     """{flags: files} of what is compiled; generated files are not ours to check."""
     found = {}
     for entry in json.loads((build / "compile_commands.json").read_text(encoding="utf-8")):
-        file = pathlib.Path(entry["file"]).resolve()
-        if any(file.is_relative_to(SOURCE / folder) for folder in FOLDERS):
-            found.setdefault(flags_of(entry["command"]), []).append(str(file))
+        for file in files_of(entry):
+            if any(file.is_relative_to(SOURCE / folder) for folder in FOLDERS):
+                found.setdefault(flags_of(entry["command"]), []).append(str(file))
     return found
 
 

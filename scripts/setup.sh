@@ -17,9 +17,9 @@ packages=(
     libcli11-dev nlohmann-json3-dev libopenexr-dev libpng-dev zlib1g-dev  # of the command line
 )
 case "${1:-}" in
-program) options=(-DMERL_SCAN_TESTS=OFF -DMERL_SCAN_PYTHON=OFF) ;;
+program) options=(-DMERL_SCAN_UNITY=ON -DMERL_SCAN_TESTS=OFF -DMERL_SCAN_PYTHON=OFF) ;;
 tests)
-    options=(-DMERL_SCAN_TESTS=ON -DPython3_EXECUTABLE=/usr/bin/python3)  # which has Debian's packages
+    options=(-DMERL_SCAN_UNITY=ON -DMERL_SCAN_TESTS=ON -DPython3_EXECUTABLE=/usr/bin/python3)  # Debian's
     packages+=(
         pybind11-dev python3-dev python3-numpy mypy            # the Python module and its tests
         python3 spirv-tools vulkan-validationlayers chromium   # what tests run

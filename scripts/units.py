@@ -4,21 +4,33 @@ usage: units.py MOST FILE...
 
 which prints the number of every file's unit, as a list of CMake's. Files that have the same name for
 themselves alone (in an anonymous namespace, or static) never share a unit: it would not compile, or
-an overload of the neighbour might be called. Nor does a file with macros of its own, or one with a
-`using` of a name that the other has, which would look used. Names are guessed from how the tree is
-formatted; where the guess is wrong the unit does not compile."""
+an overload of the neighbour might be called. Nor does a file with macros of its own, one with a `using`
+of a name that the other has, which would look used, or one with a type of its own whose name the other
+has for another. Names are guessed from how the tree is formatted; where the guess is wrong the unit does
+not compile."""
 
+import functools
 import pathlib
 import re
 import sys
 
+SOURCE = pathlib.Path(__file__).resolve().parents[1]
+
 ANONYMOUS = re.compile(r"^namespace \{$(.*?)^\}  // namespace$", re.MULTILINE | re.DOTALL)
 STATIC = re.compile(r"^static .*$", re.MULTILINE)
 # What a line begins that is not indented: a function, a class, an alias, a constant.
-NAMED = re.compile(r"^[A-Za-z][^(={;\n]*?\b(\w+)(?:\[\w*\])?(?: : [^{\n]*)? ?[(={;]", re.MULTILINE)
+NAMED = re.compile(r"^(?:\[\[\w+\]\] )?[A-Za-z][^(={;\n]*?\b(\w+)(?:\[\w*\])?(?: : [^{\n]*)? ?[(={;]", re.MULTILINE)
 USING = re.compile(r"^using [\w:]+::(\w+);$", re.MULTILINE)
+ELSEWHERE = re.compile(r"^using ::[\w:]+::(\w+);$", re.MULTILINE)
 # What the rest of a unit would see too.
 SPREADS = re.compile(r"^ *# *(?:define|undef) |^using namespace ", re.MULTILINE)
+
+
+@functools.cache
+def header_words():
+    """Every word of the headers of the tree."""
+    return {word for folder in ("app", "engine", "scan") for header in (SOURCE / folder).rglob("*.h")
+            for word in re.findall(r"\w+", header.read_text(encoding="utf-8"))}
 
 
 class Source:
@@ -27,15 +39,18 @@ class Source:
     def __init__(self, file):
         text = pathlib.Path(file).read_text(encoding="utf-8")
         self.file = file
-        self.spreads = bool(SPREADS.search(text))
+        # A header of ours that comes later may mean its own by a name from elsewhere.
+        self.spreads = bool(SPREADS.search(text)) or not header_words().isdisjoint(ELSEWHERE.findall(text))
         self.own = set(NAMED.findall("\n".join(ANONYMOUS.findall(text) + STATIC.findall(text))))
+        # A type may be called as one of a header that only the other includes.
+        self.types = {name for name in self.own if name[0].isupper()}
         self.taken = set(USING.findall(text))
         self.words = set(re.findall(r"\w+", text))
 
     def can_join(self, other):
         """Whether the two may be in one unit."""
         return not (self.spreads or other.spreads or self.own & other.own or
-                    self.taken & other.words or other.taken & self.words)
+                    (self.taken | self.types) & other.words or (other.taken | other.types) & self.words)
 
 
 def units(files, most):

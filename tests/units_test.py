@@ -29,7 +29,8 @@ class Units(unittest.TestCase):
     def test_same_own_names_are_apart(self):
         for one in ("int f(int x) {\n    return x;\n}", "struct f {\n    int x;\n};",
                     "constexpr double f = 1;", "constexpr int f[] = {1};", "enum class f : int { a };",
-                    "using f = std::vector<int>;", "template <class T>\nT f(T x) {\n    return x;\n}"):
+                    "using f = std::vector<int>;", "[[noreturn]] void f(int x) {\n}",
+                    "template <class T>\nT f(T x) {\n    return x;\n}"):
             self.assertEqual(self.numbers(anonymous(one), anonymous("bool f(const char* x) {\n}")), [0, 1], one)
         self.assertEqual(self.numbers("static int f() {\n}\n", anonymous("constexpr int f = 2;")), [0, 1])
 
@@ -44,6 +45,14 @@ class Units(unittest.TestCase):
     def test_a_taken_name_is_alone_with_its_word(self):
         taken = "using other::Thing;\n"
         self.assertEqual(self.numbers(taken, "int x;\n", "other::Thing y;\n"), [0, 0, 1])
+
+    def test_a_type_of_its_own_is_apart_from_another_of_that_name(self):
+        own = anonymous("struct Pair {\n    int x;\n};")
+        self.assertEqual(self.numbers(own, "std::vector<Pair> pairs();\n", "int x;\n"), [0, 1, 0])
+
+    def test_a_name_from_elsewhere_that_headers_have_is_alone(self):
+        self.assertEqual(self.numbers("using ::testing::Pair;\n", "int x;\n", "int y;\n"), [0, 1, 1])
+        self.assertEqual(self.numbers("using ::testing::HasSubstr;\n", "int x;\n"), [0, 0])
 
     def test_units_are_full(self):
         self.assertEqual(self.numbers(*["int x;\n"] * 5, most=2), [0, 0, 1, 1, 2])

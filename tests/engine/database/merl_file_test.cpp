@@ -157,7 +157,7 @@ TEST(MerlFile, AFileOverAllOfPhiDIsToldByItsSizes) {
 }
 
 /// A file that was opened once, and what happens to it before it is opened again.
-class OpenedBefore : public testing::Test {
+class OpenedBefore : public ::testing::Test {
   protected:
     OpenedBefore() {
         write_bytes(path, content(1));

@@ -19,7 +19,7 @@
 namespace merl::scan {
 namespace {
 
-using testing::HasSubstr;
+using ::testing::HasSubstr;
 
 Distances made_up(std::uint32_t materials, std::uint32_t seed) {
     Distances d;
@@ -240,9 +240,9 @@ TEST(KitPlan, DistancesOfAnotherScanAreRefused) {
         return std::string();
     };
     selection.configurations[1].second[0] *= 1.5;
-    EXPECT_THAT(complaint(), testing::AllOf(HasSubstr("pairs.csv"), HasSubstr("row 2")));
+    EXPECT_THAT(complaint(), ::testing::AllOf(HasSubstr("pairs.csv"), HasSubstr("row 2")));
     selection.configurations[0].materials[3] = "nope";
-    EXPECT_THAT(complaint(), testing::AllOf(HasSubstr("\"nope\""), HasSubstr("row 1")));
+    EXPECT_THAT(complaint(), ::testing::AllOf(HasSubstr("\"nope\""), HasSubstr("row 1")));
 }
 
 }  // namespace
