@@ -12,3 +12,4 @@ build/release/merl-scan-bench ${database:+--database "$database"} \
     --benchmark_repetitions=5 --benchmark_report_aggregates_only=true \
     --benchmark_out=build/release/bench.json --benchmark_out_format=json
 python3 tests/bench/ratios.py build/release/bench.json build/release/merl-scan ${database:+"$database"}
+python3 tests/bench/tiles.py build/release/merl-scan ${database:+"$database"}
