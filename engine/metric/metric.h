@@ -21,7 +21,7 @@ constexpr std::uint32_t kBlockVoxels = 1024;
 constexpr std::uint32_t kCellVoxels = 4;
 
 /// Texels of a chunk, of which the smallest and the largest number are taken for the error bound.
-constexpr std::uint32_t kChunkTexels = 4;
+constexpr std::uint32_t kChunkTexels = 1;
 
 /// Texels that a shader adds in float32 before it compensates (shaders/framework/difference.comp).
 constexpr std::uint32_t kRunTexels = 8;

@@ -207,46 +207,92 @@ float sum_norm(double degree, const BlockScalars& scalars) {
 
 void find_ranges(const BlockScalars& scalars, ChunkRanges& ranges) {
     constexpr Floats d;
-    constexpr std::size_t kChunk = kBlockScalars / ChunkRanges::kChunks;
-    for (std::size_t chunk = 0; chunk < ChunkRanges::kChunks; ++chunk) {
-        const float* const first = scalars.data() + chunk * kChunk;
-        auto low = hn::LoadU(d, first);
-        auto high = low;
-        for (std::size_t at = kWidth; at < kChunk; at += kWidth) {
-            const auto next = hn::LoadU(d, first + at);
-            low = hn::Min(low, next);
-            high = hn::Max(high, next);
-        }
-        ranges.low[chunk] = hn::GetLane(hn::MinOfLanes(d, low));
-        ranges.high[chunk] = hn::GetLane(hn::MaxOfLanes(d, high));
-        ranges.size[chunk] = std::max(std::abs(ranges.low[chunk]), std::abs(ranges.high[chunk]));
+    static_assert(kBlockScalars == 4 * ChunkRanges::kChunks);
+    for (std::size_t chunk = 0; chunk < ChunkRanges::kChunks; chunk += kWidth) {
+        Vector x[4];
+        hn::LoadInterleaved4(d, scalars.data() + 4 * chunk, x[0], x[1], x[2], x[3]);
+        const auto low = hn::Min(hn::Min(x[0], x[1]), hn::Min(x[2], x[3]));
+        const auto high = hn::Max(hn::Max(x[0], x[1]), hn::Max(x[2], x[3]));
+        hn::StoreU(low, d, ranges.low.data() + chunk);
+        hn::StoreU(high, d, ranges.high.data() + chunk);
     }
 }
 
-float sum_slopes_of(const ChunkRanges& a, const ChunkRanges& b) {
+/// Of some chunks: their ranges, and the largest size of a number in each.
+struct Chunks {
+    Vector low, high, size;
+};
+
+HWY_INLINE Chunks load_chunks(const ChunkRanges& ranges, std::size_t at) {
     constexpr Floats d;
-    Totals totals = {};
+    const auto low = hn::LoadU(d, ranges.low.data() + at);
+    const auto high = hn::LoadU(d, ranges.high.data() + at);
+    return {low, high, hn::Max(hn::Neg(low), high)};
+}
+
+/// kRows materials against kColumns others.
+template <std::size_t kRows, std::size_t kColumns>
+void sum_slopes_of(const HostTile<ChunkRanges>& tile, std::size_t row, std::size_t column) {
+    constexpr Floats d;
+    Totals totals[kRows][kColumns] = {};
     for (std::size_t lane = 0; lane < kLanes; lane += kWidth) {
-        auto sum = hn::Zero(d);
-        for (std::size_t at = lane; at < ChunkRanges::kChunks; at += kLanes) {
-            const auto load = [&](const auto& numbers)
-                                  HWY_ATTR { return hn::LoadU(d, numbers.data() + at); };
-            const auto size = hn::Add(load(a.size), load(b.size));
-            const auto apart =
-                hn::Max(hn::Sub(load(a.low), load(b.high)), hn::Sub(load(b.low), load(a.high)));
-            const auto gap = hn::Max(apart, hn::Mul(size, hn::Set(d, 0x1p-24F)));
-            sum = hn::MulAdd(size, inverse_cube_root(gap, 0x54a25e4c), sum);
+        Vector sums[kRows][kColumns];
+        for (auto& of_row : sums) {
+            for (auto& sum : of_row) {
+                sum = hn::Zero(d);
+            }
         }
-        add_lanes(sum, lane, totals);
+        for (std::size_t at = lane; at < ChunkRanges::kChunks; at += kLanes) {
+            Chunks rows[kRows];
+            for (std::size_t r = 0; r < kRows; ++r) {
+                rows[r] = load_chunks(tile.rows[row + r], at);
+            }
+            for (std::size_t c = 0; c < kColumns; ++c) {
+                const Chunks other = load_chunks(tile.columns[column + c], at);
+                for (std::size_t r = 0; r < kRows; ++r) {
+                    const auto size = hn::Add(rows[r].size, other.size);
+                    const auto apart =
+                        hn::Max(hn::Sub(rows[r].low, other.high), hn::Sub(other.low, rows[r].high));
+                    const auto gap = hn::Max(apart, hn::Mul(size, hn::Set(d, 0x1p-24F)));
+                    sums[r][c] = hn::MulAdd(size, inverse_cube_root(gap, 0x54a25e4c), sums[r][c]);
+                }
+            }
+        }
+        for (std::size_t r = 0; r < kRows; ++r) {
+            for (std::size_t c = 0; c < kColumns; ++c) {
+                add_lanes(sums[r][c], lane, totals[r][c]);
+            }
+        }
     }
-    return sum_of(totals);
+    for (std::size_t r = 0; r < kRows; ++r) {
+        for (std::size_t c = 0; c < kColumns; ++c) {
+            tile.sums[(row + r) * tile.stride + column + c] = sum_of(totals[r][c]);
+        }
+    }
+}
+
+/// kRows materials against all others of the tile from `column` on.
+template <std::size_t kRows>
+void sum_slopes_of_rows(const HostTile<ChunkRanges>& tile, std::size_t row, std::size_t column) {
+    for (; column + kHostGroup <= tile.column_count; column += kHostGroup) {
+        sum_slopes_of<kRows, kHostGroup>(tile, row, column);
+    }
+    for (; column < tile.column_count; ++column) {
+        sum_slopes_of<kRows, 1>(tile, row, column);
+    }
 }
 
 void sum_slopes(const HostTile<ChunkRanges>& tile) {
-    for (std::uint32_t r = 0; r < tile.row_count; ++r) {
-        for (std::uint32_t c = tile.rows == tile.columns ? r + 1 : 0; c < tile.column_count; ++c) {
-            tile.sums[r * tile.stride + c] = sum_slopes_of(tile.rows[r], tile.columns[c]);
+    const bool diagonal = tile.rows == tile.columns;
+    std::size_t row = 0;
+    for (; row + 2 <= tile.row_count; row += 2) {
+        if (diagonal) {
+            sum_slopes_of<1, 1>(tile, row, row + 1);
         }
+        sum_slopes_of_rows<2>(tile, row, diagonal ? row + 2 : 0);
+    }
+    if (row < tile.row_count) {
+        sum_slopes_of_rows<1>(tile, row, diagonal ? row + 1 : 0);
     }
 }
 

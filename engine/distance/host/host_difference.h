@@ -21,17 +21,16 @@ using BlockScalars = std::array<float, kBlockScalars>;
 constexpr std::uint32_t kHostGroup = 4;
 
 /// Float32 numbers that are added before they enter a float64 sum.
-constexpr std::uint32_t kHostRun = 16;
+constexpr std::uint32_t kHostRun = 8;
 
 /// The power: tests/engine/distance/host/host_difference_test.cpp. A number is added in its run and
 /// in the block's sum.
 constexpr Roundings kHostRoundings = {.power = 2.7e-7, .additions = kHostRun + 1};
 
-/// The smallest and the largest number of each chunk of one block of one material, and the larger
-/// of their sizes.
+/// The smallest and the largest number of each chunk of one block of one material.
 struct ChunkRanges {
     static constexpr std::size_t kChunks = kBlockScalars / (std::size_t{4} * kChunkTexels);
-    std::array<float, kChunks> low, high, size;
+    std::array<float, kChunks> low, high;
 };
 
 /// Materials against materials, each a range of consecutive ones. Both may be the same range: then

@@ -364,8 +364,8 @@ TEST(ToRefine, AWideIntervalMeetsThoseFarBehind) {
 }
 
 TEST(ToRefine, ManyCopiesTakeLittleTime) {
-    // Three kinds of material: 4 * 10^7 configurations are as strong as the strongest.
-    const std::uint32_t materials = 240;
+    // Three kinds of material: 3 * 10^6 configurations are as strong as the strongest.
+    const std::uint32_t materials = 120;
     std::vector<double> first;
     std::vector<double> second;
     for (std::uint32_t i = 0; i < materials; ++i) {
