@@ -126,11 +126,14 @@ bool acceptable(double value) {
 /// Multiplies in place. Whether every result is acceptable. What is negative stays so, whatever its
 /// size: it was not measured, and -0 would be a measured zero.
 MERL_SCAN_WIDEST_VECTORS bool scale(std::span<double> samples, double factor) {
-    constexpr double kLeastNegative = -std::numeric_limits<double>::denorm_min();
-    std::uint64_t good = 0;  // counted, which becomes vector instructions
+    constexpr std::uint64_t kMinusZero = 1ULL << 63U;
+    // Bits and counts instead of conditions, which become vector instructions.
+    std::uint64_t good = 0;
     for (double& value : samples) {
-        const double scaled = value * factor;
-        value = value < 0 && scaled == 0 ? kLeastNegative : scaled;
+        const auto scaled = std::bit_cast<std::uint64_t>(value * factor);
+        const std::uint64_t vanished =
+            std::uint64_t{scaled == kMinusZero} & std::uint64_t{value < 0};
+        value = std::bit_cast<double>(scaled | vanished);
         good += std::uint64_t{value >= kLowest} & std::uint64_t{value <= kMaxReflectance};
     }
     return good == samples.size();
