@@ -45,12 +45,11 @@ json json_of(const Trial& trial) {
 }
 
 std::uint32_t side_of(const json& value) {
-    constexpr int kMost = 10;
-    const auto side = value.get<int>();
-    if (side < 1 || side > kMost) {
+    constexpr std::uint64_t kMost = 10;
+    if (!value.is_number_unsigned() || value < 1 || value > kMost) {
         throw std::out_of_range("no side of a tile");
     }
-    return static_cast<std::uint32_t>(side);
+    return value.get<std::uint32_t>();
 }
 
 Trial trial_of(const json& value) {

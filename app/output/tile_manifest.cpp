@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <functional>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <optional>
 
@@ -77,17 +78,36 @@ std::vector<std::string> texts_at(const ordered_json& json, const char* key) {
     throw std::domain_error(what);
 }
 
+/// A whole number in a range. What JSON calls a number may have a point, a sign or any size.
+std::uint64_t whole_at(const ordered_json& json, const char* key, std::uint64_t least,
+                       std::uint64_t greatest) {
+    const auto& number = json.at(key);
+    if (!number.is_number_unsigned() || number.get<std::uint64_t>() < least ||
+        number.get<std::uint64_t>() > greatest) {
+        refuse(fmt::format("\"{}\": found {}; expected a whole number from {} to {}", key,
+                           number.dump(-1, ' ', false, ordered_json::error_handler_t::replace),
+                           least, greatest));
+    }
+    return number.get<std::uint64_t>();
+}
+
+/// A number of materials, or of one among them.
+std::uint32_t material_at(const ordered_json& json, const char* key) {
+    return static_cast<std::uint32_t>(whole_at(json, key, 0, scan::max_materials));
+}
+
+/// A number of samples.
+std::uint64_t samples_at(const ordered_json& json, const char* key) {
+    return whole_at(json, key, 0, std::numeric_limits<std::uint64_t>::max());
+}
+
 engine::Grid grid_at(const ordered_json& json) {
     engine::Grid grid;
     const auto& found = json.at("grid");
     for (const auto& [key, side] : {std::pair("theta_h", &grid.theta_h),
                                     {"theta_d", &grid.theta_d},
                                     {"phi_d", &grid.phi_d}}) {
-        const auto number = found.at(key).get<std::uint64_t>();
-        if (number < 1 || number > engine::kMaxSide) {
-            refuse(fmt::format("\"{}\" is {}; expected 1 to {}", key, number, engine::kMaxSide));
-        }
-        *side = static_cast<std::uint32_t>(number);
+        *side = static_cast<std::uint32_t>(whole_at(found, key, 1, engine::kMaxSide));
     }
     grid.phi_d_range =
         found.at("phi_d_range").get<std::string>() == engine::range_name(engine::PhiDRange::two_pi)
@@ -115,13 +135,13 @@ pipeline::DatabaseProvenance database_of(const ordered_json& json) {
     }
     std::size_t first = 0;
     for (const auto& part : json.at("databases")) {
-        const auto& added = database.parts.emplace_back(
-            pipeline::PartProvenance{text_at(part, "label"),
-                                     text_at(part, "name"),
-                                     text_at(part, "kind"),
-                                     text_at(part, "path"),
-                                     {},
-                                     part.at("materials").get<std::size_t>()});
+        const auto& added =
+            database.parts.emplace_back(pipeline::PartProvenance{text_at(part, "label"),
+                                                                 text_at(part, "name"),
+                                                                 text_at(part, "kind"),
+                                                                 text_at(part, "path"),
+                                                                 {},
+                                                                 material_at(part, "materials")});
         for (std::size_t m = 0; m < added.materials; ++m, ++first) {
             if (first >= materials ||
                 !database.materials[first].name.starts_with(added.label + "/")) {
@@ -304,10 +324,7 @@ TileManifest parse_manifest(const std::string& text, const std::string& file) {
                                           .metrics = texts_at(use, "metrics")});
         }
         const auto materials = static_cast<std::uint32_t>(provenance.database->materials.size());
-        const auto side = json.at("tiles").at("side").get<std::uint64_t>();
-        if (side < 1 || side > scan::max_materials) {
-            refuse(fmt::format("\"side\" is {}; expected 1 to {}", side, scan::max_materials));
-        }
+        const auto side = whole_at(json.at("tiles"), "side", 1, scan::max_materials);
         manifest.tiles = {.materials = materials, .side = static_cast<std::uint32_t>(side)};
     });
     engine::require_usable(manifest.provenance.database->grid, file);
@@ -361,10 +378,10 @@ TileRecord parse_record(const std::string& text, const std::string& file,
     with_json(text, file, "record of this tile", [&](const ordered_json& json) {
         const auto& rows = json.at("rows");
         const auto& columns = json.at("columns");
-        record.rectangle = {.row = rows.at("first").get<std::uint32_t>(),
-                            .rows = rows.at("count").get<std::uint32_t>(),
-                            .column = columns.at("first").get<std::uint32_t>(),
-                            .columns = columns.at("count").get<std::uint32_t>()};
+        record.rectangle = {.row = material_at(rows, "first"),
+                            .rows = material_at(rows, "count"),
+                            .column = material_at(columns, "first"),
+                            .columns = material_at(columns, "count")};
         if (record.rectangle != rectangle) {
             refuse(fmt::format("found rows from {} and columns from {}; expected {} and {}",
                                record.rectangle.row, record.rectangle.column, rectangle.row,
@@ -373,14 +390,13 @@ TileRecord parse_record(const std::string& text, const std::string& file,
         record.rows_hash = text_at(rows, "content_hash");
         record.columns_hash = text_at(columns, "content_hash");
         record.array_hash = text_at(json, "array_hash");
-        record.voxels = json.at("samples_above_horizon").get<std::uint64_t>();
+        record.voxels = samples_at(json, "samples_above_horizon");
         record.warnings = texts_at(json, "warnings");
         for (const auto& material : json.at("materials")) {
             record.planes.push_back(text_at(material, "plane_hashes"));
             record.counts.push_back(
-                {.negative = material.at("negative_samples").get<std::uint64_t>(),
-                 .negative_above_horizon =
-                     material.at("negative_samples_above_horizon").get<std::uint64_t>()});
+                {.negative = samples_at(material, "negative_samples"),
+                 .negative_above_horizon = samples_at(material, "negative_samples_above_horizon")});
         }
         const std::size_t expected = rectangle.is_diagonal() ? rectangle.rows : 0;
         if (record.planes.size() != expected) {

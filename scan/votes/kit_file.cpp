@@ -142,7 +142,7 @@ KitTrial trial_of(const Object& object) {
         if (expected != 1 && expected != 3) {
             object.fail("\"expected\": expected 1 or 3");
         }
-        trial.expected = expected.get<std::uint8_t>();
+        trial.expected = expected == 1 ? 1 : 3;
     }
     if (const json* const agreement = object.find("agreement");
         agreement != nullptr && agreement->is_number()) {

@@ -291,8 +291,11 @@ class Tiles(Case):
         refuse(lambda m: m.update(format=99), "newer")
         refuse(lambda m: m["tiles"].update(side=0), "side")
         refuse(lambda m: m["tiles"].update(side=-1), "side")
-        refuse(lambda m: m["tiles"].update(side="six"))
-        refuse(lambda m: m["tiles"].update(side=10**30))
+        for number in "six", 10**30, 2**64, 2**32 + 6, 6.5, 1e30, None, [6]:
+            refuse(lambda m, n=number: m["tiles"].update(side=n), "side", "whole number")
+            refuse(lambda m, n=number: m["database"]["grid"].update(theta_d=n), "theta_d", "whole number")
+            refuse(lambda m, n=number: m["database"].update(
+                databases=[{"label": "x", "name": "x", "kind": "x", "path": "x", "materials": n}]), "materials")
         refuse(lambda m: m.pop("metrics"), "metrics")
         refuse(lambda m: m.update(metrics=[]), "metrics")
         refuse(lambda m: m["metrics"][1].update(name="cwcbrt"), "twice")
