@@ -1,7 +1,8 @@
 """pip install . builds the Python module with CMake; scripts/setup.sh says what that needs.
 
-Everything else about the package is in app/python. MERL_SCAN_CMAKE_ARGUMENTS in the environment are
-further arguments of CMake, such as those of a compiler cache."""
+Everything else about the package is in app/python. In the environment, MERL_SCAN_CMAKE_ARGUMENTS are
+further arguments of CMake, such as those of a compiler cache, and MERL_SCAN_BUILD is a directory that is
+configured already, with the Python module for this Python: then nothing is compiled that is there."""
 
 import os
 import pathlib
@@ -21,11 +22,15 @@ class CMakeBuild(build_ext):
 
     def build_extension(self, ext):
         target = pathlib.Path(self.get_ext_fullpath(ext.name)).resolve()
-        build = SOURCE / "build" / sys.implementation.cache_tag  # kept: the next build has less to do
-        subprocess.run(
-            ["cmake", "-G", "Ninja", "-S", SOURCE, "-B", build, "-DCMAKE_BUILD_TYPE=Release", "-DMERL_SCAN_TESTS=OFF",
-             "-DMERL_SCAN_PYTHON=ON", f"-DPython3_EXECUTABLE={sys.executable}",
-             *shlex.split(os.environ.get("MERL_SCAN_CMAKE_ARGUMENTS", ""))], check=True)
+        if "MERL_SCAN_BUILD" in os.environ:
+            build = pathlib.Path(os.environ["MERL_SCAN_BUILD"]).resolve()
+        else:
+            build = SOURCE / "build" / sys.implementation.cache_tag  # kept: the next build has less to do
+            subprocess.run(
+                ["cmake", "-G", "Ninja", "-S", SOURCE, "-B", build, "-DCMAKE_BUILD_TYPE=Release",
+                 "-DMERL_SCAN_UNITY=ON", "-DMERL_SCAN_TESTS=OFF", "-DMERL_SCAN_PYTHON=ON",
+                 f"-DPython3_EXECUTABLE={sys.executable}",
+                 *shlex.split(os.environ.get("MERL_SCAN_CMAKE_ARGUMENTS", ""))], check=True)
         subprocess.run(["cmake", "--build", build, "--target", "_core", "--parallel", str(os.cpu_count() or 1)],
                        check=True)
         target.parent.mkdir(parents=True, exist_ok=True)

@@ -73,6 +73,21 @@ class Package(unittest.TestCase):
             self.assertEqual(names, "chrome, gold-paint")
             self.assertAlmostEqual(float(value), float(columns["pawcielab"]), delta=1e-5)
 
+    def test_pip_install(self):
+        """Without the network, from what is compiled already; then imported from elsewhere."""
+        environment = {name: value for name, value in os.environ.items() if not name.startswith("PYTHON")}
+        environment["MERL_SCAN_BUILD"] = str(BUILD.resolve())
+        run("/usr/bin/python3", "-m", "venv", "--system-site-packages", self.work / "venv", env=environment)
+        run(self.work / "venv" / "bin" / "pip", "install", "--no-build-isolation", "--no-index", SOURCE, env=environment)
+        said = run(self.work / "venv" / "bin" / "python", "-c", "import merl_scan as ms; db = ms.open(); "
+                   "print(ms.__file__, ms.__version__, "
+                   "ms.distance('cwcbrt', db['alum-bronze'], db['gold-paint']), sep='\\n')",
+                   cwd=self.work, env=environment)
+        file, version, distance = said.splitlines()
+        self.assertTrue(pathlib.Path(file).is_relative_to(self.work / "venv"), file)
+        self.assertEqual(version, run(BUILD / "merl-scan", "--version").strip())
+        self.assertAlmostEqual(float(distance), 1.482272854986468, delta=1e-12)  # as the first scan finds it
+
     def test_public_headers_compile_alone(self):
         root = self.work / "installed"
         run("cmake", "--install", BUILD, "--prefix", root, "--component", "development")
