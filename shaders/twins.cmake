@@ -81,8 +81,23 @@ std::span<const ${type}> ${list}() {
   target_sources(${target} PRIVATE ${CMAKE_CURRENT_BINARY_DIR}/${kind}s/${list}.cpp)
 endfunction()
 
-# Adds the metrics of `folder`.
+# Adds the metrics of `folder`; of those without a degree also the sum in float32. That is a file of its
+# own for its options: literals are float32, and every number is finite, without which a choice of
+# the smaller one takes two instructions. (Clang has no such literals; it computes in more digits.)
 function(add_metrics target folder list)
+  file(GLOB files CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/${folder}/*.glsl)
+  foreach(file IN LISTS files)
+    get_filename_component(name ${file} NAME_WE)
+    string(MAKE_C_IDENTIFIER ${name} id)
+    set(single ${CMAKE_CURRENT_BINARY_DIR}/metrics/${id}_in_float32.cpp)
+    set(template ${PROJECT_SOURCE_DIR}/engine/metric/single_twin.cpp.in)
+    add_custom_command(OUTPUT ${single}
+      COMMAND make_twin single ${file} ${folder}/${name}.glsl ${single} ${template}
+      DEPENDS make_twin ${template} ${file} VERBATIM)
+    target_sources(${target} PRIVATE ${single})
+    set_source_files_properties(${single} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON
+      COMPILE_OPTIONS "-fno-trapping-math;-fno-math-errno;-ffinite-math-only;-fno-signed-zeros;-finline-functions;$<$<CXX_COMPILER_ID:GNU>:-fsingle-precision-constant;-ffp-contract=fast;-mprefer-vector-width=512;--param=max-inline-insns-auto=1000;--param=max-inline-insns-single=1000;--param=inline-unit-growth=1000>")
+  endforeach()
   add_twins(${target} ${folder} ${list} metric BuiltMetric engine/metric/metric_library.h ""
             ${PROJECT_SOURCE_DIR}/engine/metric/twin.cpp.in
             ${PROJECT_SOURCE_DIR}/engine/metric/summary_twin.cpp.in)

@@ -14,7 +14,6 @@
 #include "engine/base/stopwatch.h"
 #include "engine/database/content_hash.h"
 #include "engine/database/damage.h"
-#include "engine/distance/host/host_engine.h"
 #include "engine/distance/parts/slab_plan.h"
 #include "engine/distance/parts/slab_reader.h"
 #include "engine/distance/parts/squares.h"
@@ -37,28 +36,13 @@ struct Part {
     std::unique_ptr<EngineWork> work = nullptr;
 };
 
-/// Of a metric that the host computes slowly, where that is more than some ten seconds of a core.
-void warn_if_slow(const Engines::Share& share, const Metric& metric, const PairList& pairs,
-                  const Grid& grid, std::vector<std::string>& warnings) {
-    constexpr double kMuch = 3e8;
-    if (share.engine->description().engine == kHost && !host_is_fast_for(metric) &&
-        static_cast<double>(pairs.size()) * static_cast<double>(grid.voxels()) > kMuch) {
-        warnings.push_back(fmt::format(
-            "{} is computed in float64 on this processor, which takes long: minutes for "
-            "a hundred materials",
-            metric.name));
-    }
-}
-
 std::vector<Part> make_parts(Engines& engines, std::span<const Metric* const> metrics,
-                             const PairList& pairs, const Grid& grid,
-                             std::vector<std::string>& warnings) {
+                             const PairList& pairs, std::vector<std::string>& warnings) {
     std::vector<Part> parts;
     for (auto& share : engines.share(metrics, warnings)) {
         auto& part = parts.emplace_back(Part{std::move(share)});
         for (const auto m : part.share.metrics) {
             part.metrics.push_back(metrics[m]);
-            warn_if_slow(part.share, *metrics[m], pairs, grid, warnings);
         }
         part.needs = part.share.engine->needs(part.metrics, pairs);
     }
@@ -96,7 +80,7 @@ DistanceResult compute_pass(Engines& engines, const Database& database,
         refuse_empty_windows(*metric, empty_windows(*metric, database.grid()), database.grid());
     }
     Stopwatch opening;
-    auto parts = make_parts(engines, metrics, pairs, database.grid(), result.warnings);
+    auto parts = make_parts(engines, metrics, pairs, result.warnings);
     seconds.opening = opening.lap();
     std::vector<EngineNeeds> needs(parts.size());
     std::ranges::transform(parts, needs.begin(), &Part::needs);

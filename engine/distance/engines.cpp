@@ -76,7 +76,7 @@ bool Engines::is_for_device(const Metric& metric) const {
     if (metric.is_summary() && metric.has_twin() && chosen_ && !chosen_->limits.floats.float64) {
         return false;  // there is nothing in it but float64
     }
-    return rule_ == Rule::vulkan || (chosen_ && !(rest_only_ && host_is_fast_for(metric)));
+    return rule_ == Rule::vulkan || (chosen_ && !(rest_only_ && host_can(metric)));
 }
 
 std::optional<device::DeviceInfo> Engines::device_for(std::span<const Metric* const> metrics) {

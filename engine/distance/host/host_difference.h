@@ -15,7 +15,6 @@ namespace merl::engine {
 // so the result is the same on all processors that fuse multiplication and addition.
 
 /// One block of one material.
-using BlockScalars = std::array<float, kBlockScalars>;
 
 /// Materials that are taken together.
 constexpr std::uint32_t kHostGroup = 4;

@@ -11,12 +11,6 @@ inline bool host_can(const Metric& metric) {
     return metric.has_twin();
 }
 
-/// Whether it does that well: a metric without a bound takes it minutes where a device, even a
-/// software device, takes one.
-inline bool host_is_fast_for(const Metric& metric) {
-    return metric.has_twin() && metric.has_bound();
-}
-
 /// The engine on this processor: compiled for its widest vectors, without Vulkan.
 std::unique_ptr<Engine> make_host_engine();
 

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <tbb/cache_aligned_allocator.h>
+
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -10,8 +12,8 @@
 
 namespace merl::engine {
 
-/// One metric with a twin and no degree on the processor, in float64: its distances have the bits
-/// of float64_distances(), and their bounds are 0.
+/// One metric with a twin and no degree on the processor: transformed in float64, its differences
+/// in float32, their sum in float64. Nothing is known of the errors of its distances.
 class TwinMetric {
   public:
     /// The pairs outlive it.
@@ -41,8 +43,11 @@ class TwinMetric {
     const Metric* metric_;
     const PairList* pairs_;
     std::uint64_t grid_voxels_;
-    std::vector<BlockWeights> weights_;
-    std::vector<BlockSamples> grid_;      // [block][material]
+    template <typename T>
+    using Aligned = std::vector<T, tbb::cache_aligned_allocator<T>>;
+
+    Aligned<SingleWeights> weights_;
+    Aligned<BlockScalars> grid_;          // [block][material]
     std::vector<double> sums_;            // [block][pair]
     std::vector<CompensatedSum> totals_;  // [pair]
 };

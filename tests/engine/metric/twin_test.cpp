@@ -1,9 +1,13 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
+#include <memory>
 #include <numbers>
 #include <random>
+#include <string>
 
 #include "engine/distance/distances.h"
 #include "engine/distance/float64_distances.h"
@@ -166,6 +170,138 @@ TEST(Twin, Ciede2000IsThatOfTheTextbook) {
                 static_cast<double>(textbook_ciede2000_squared({50, 0, 0}, {50, 3, 4})), 1e-12);
     for (const double chroma : {0.0, 1e-79, 1e-30, 1e-13, 1e-3}) {
         EXPECT_EQ(ciede2000_squared({50, chroma, chroma / 2}, {50, chroma, chroma / 2}), 0);
+    }
+}
+
+/// How far a difference in float32 may be from that in float64, in units of the last digit.
+constexpr double kLastDigits = 64;  // 17 is the most that was measured, of hues almost opposite
+
+/// Colours in CIELAB, as a block of either kind: the same numbers.
+struct Colours {
+    std::unique_ptr<BlockSamples> in_float64 = std::make_unique<BlockSamples>();
+    std::unique_ptr<BlockScalars> in_float32 = std::make_unique<BlockScalars>();
+
+    void set(std::size_t k, const std::array<float, 3>& lab) {
+        for (std::size_t i = 0; i < 3; ++i) {
+            (*in_float64)[i][k] = static_cast<double>(lab[i]);
+            (*in_float32)[i * kBlockVoxels + k] = lab[i];
+        }
+    }
+};
+
+/// Every voxel alone in float32 and in float64, and in both orders in float32.
+void expect_near_in_float32(const std::string& what,
+                            const std::function<std::array<float, 3>(std::size_t)>& first,
+                            const std::function<std::array<float, 3>(std::size_t)>& second) {
+    const Metric& metric = find_metric("paw-ciede2000");
+    ASSERT_NE(metric.twin.sum_in_float32, nullptr);
+    Colours a;
+    Colours b;
+    double worst = 0;
+    for (std::size_t k = 0; k < kBlockVoxels; ++k) {
+        a.set(k, first(k));
+        b.set(k, second(k));
+    }
+    for (std::size_t k = 0; k < kBlockVoxels; ++k) {
+        BlockWeights weights = {};
+        SingleWeights single_weights = {};
+        weights[k] = 1;
+        single_weights[k] = 1;
+        const auto in_float32 = [&](const Colours& x, const Colours& y) {
+            return metric.twin.sum_in_float32(metric.parameters, *x.in_float32, *y.in_float32,
+                                              single_weights);
+        };
+        const double there = in_float32(a, b);
+        EXPECT_EQ(there, in_float32(b, a)) << what;
+        const double exact =
+            std::sqrt(metric.twin.sum(metric.parameters, *a.in_float64, *b.in_float64, weights));
+        double largest = 0;
+        for (std::size_t i = 0; i < 3; ++i) {
+            largest = std::max(
+                {largest, std::abs((*a.in_float64)[i][k]), std::abs((*b.in_float64)[i][k])});
+        }
+        // The difference, and the last digits of the colours themselves.
+        const double unit = 0x1p-23 * (exact + largest) + 1e-18;
+        worst = std::max(worst, std::abs(std::sqrt(there) - exact) / unit);
+    }
+    EXPECT_LT(worst, kLastDigits) << what;
+}
+
+TEST(Twin, InFloat32IsThatInFloat64) {
+    std::mt19937 random(1);
+    const auto between = [&](float low, float high) {
+        return std::uniform_real_distribution<float>(low, high)(random);
+    };
+    std::array<float, 3> kept = {};
+    const auto colour = [&](float chroma) {
+        return [&, chroma](std::size_t) -> std::array<float, 3> {
+            return {between(0, 100), between(-chroma, chroma), between(-chroma, chroma)};
+        };
+    };
+    expect_near_in_float32("colours", colour(80), colour(80));
+    expect_near_in_float32("highlights", colour(1e4F), colour(1e4F));
+    expect_near_in_float32("highlights and colours", colour(1e4F), colour(80));
+    expect_near_in_float32("almost grey", colour(1e-3F), colour(1e-3F));
+    expect_near_in_float32("almost grey and colours", colour(1e-3F), colour(80));
+    expect_near_in_float32("dark", colour(1e-12F), colour(1e-12F));
+    const auto grey = [&](std::size_t) -> std::array<float, 3> { return {between(0, 100), 0, 0}; };
+    expect_near_in_float32("grey", grey, grey);
+    expect_near_in_float32("grey and colours", grey, colour(80));
+    const auto black = [](std::size_t) -> std::array<float, 3> { return {}; };
+    expect_near_in_float32("black", black, black);
+    expect_near_in_float32("black and colours", black, colour(80));
+    // Colours in a row, so that the second can be made from the first.
+    const auto row = [](std::size_t k) -> std::array<float, 3> {
+        const auto x = static_cast<float>(k);
+        return {50, 60 * std::cos(x), 60 * std::sin(x)};
+    };
+    for (const float step : {1e-1F, 1e-3F, 1e-5F}) {
+        expect_near_in_float32("near", row, [&](std::size_t k) {
+            kept = row(k);
+            return std::array<float, 3>{kept[0] + step, kept[1] - step, kept[2] + step};
+        });
+    }
+    expect_near_in_float32("equal", row, row);
+    expect_near_in_float32("opposite", row, [&](std::size_t k) {
+        kept = row(k);
+        return std::array<float, 3>{kept[0], -kept[1], -kept[2]};
+    });
+    expect_near_in_float32(
+        "around blue",
+        [&](std::size_t) {
+            return std::array<float, 3>{between(20, 60), between(-10, 20), between(-90, -30)};
+        },
+        [&](std::size_t) {
+            return std::array<float, 3>{between(20, 60), between(-10, 20), between(-90, -30)};
+        });
+}
+
+/// The sum of a whole block is in float64.
+TEST(Twin, SumsInFloat32ToTheLastDigits) {
+    const Metric& metric = find_metric("paw-ciede2000");
+    std::mt19937 random(2);
+    std::uniform_real_distribution<float> number(0, 60);
+    Colours a;
+    Colours b;
+    BlockWeights weights;
+    SingleWeights single_weights;
+    for (std::size_t k = 0; k < kBlockVoxels; ++k) {
+        a.set(k, {number(random), number(random), number(random)});
+        b.set(k, {number(random), number(random), number(random)});
+        single_weights[k] = number(random);
+        weights[k] = static_cast<double>(single_weights[k]);
+    }
+    const double sum =
+        metric.twin.sum_in_float32(metric.parameters, *a.in_float32, *b.in_float32, single_weights);
+    EXPECT_NEAR(sum / metric.twin.sum(metric.parameters, *a.in_float64, *b.in_float64, weights), 1,
+                1e-6);
+}
+
+TEST(Twin, OnlyAMetricWithoutADegreeIsSummedInFloat32) {
+    for (const auto& metric : metrics()) {
+        EXPECT_EQ(metric.twin.sum_in_float32 != nullptr,
+                  !metric.has_degree() && !metric.is_summary())
+            << metric.name;
     }
 }
 
