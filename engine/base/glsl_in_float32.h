@@ -48,27 +48,25 @@ float min(float a, float b) {
 
 constexpr float kRounds = 0x1.8p23F;  // plus a number below 2^22: that to the nearest whole one
 
-/// e^x, relative error below 2e-7; what would be below e^-87 is that, what would be above e^88 too.
-/// x = n ln 2 + f, and the series of e^f to the seventh power.
+/// e^x, relative error below 4e-7; what would be below e^-87 is that, what would be above e^88 too.
+/// x = n ln 2 + f, and a minimax polynomial of degree 5 for e^f.
 float exp(float x) {
     x = min(max(x, -87.0F), 88.0F);
     const float shifted = x * 1.44269504F + kRounds;
     const float n = shifted - kRounds;
     float f = x - n * 0x1.63p-1F;  // the upper digits of ln 2,
     f += n * 2.12194440e-4F;       // and the rest
-    float p = 1.0F / 5040;
-    p = p * f + 1.0F / 720;
-    p = p * f + 1.0F / 120;
-    p = p * f + 1.0F / 24;
-    p = p * f + 1.0F / 6;
-    p = p * f + 0.5F;
+    float p = 0.00831243F;
+    p = p * f + 0.04189099F;
+    p = p * f + 0.16667118F;
+    p = p * f + 0.49999226F;
     const float power = std::bit_cast<float>(
         (std::bit_cast<std::int32_t>(shifted) - std::bit_cast<std::int32_t>(kRounds) + 127) << 23);
     return (f * f * p + f + 1.0F) * power;
 }
 
-/// sin x, absolute error below 3e-7 for |x| up to 1000: x less a multiple of pi, and the series to
-/// the eleventh power.
+/// sin x, absolute error below 3e-7 for |x| up to 1000: x less a multiple of pi, and a minimax
+/// polynomial of degree 9.
 float sin(float x) {
     const float shifted = x * 0.318309886F + kRounds;
     const float n = shifted - kRounds;
@@ -76,30 +74,28 @@ float sin(float x) {
     r -= n * 9.67502593994140625e-4F;   // the next,
     r -= n * 1.509957990978376432e-7F;  // and the rest
     const float z = r * r;
-    float p = -1.0F / 39916800;
-    p = p * z + 1.0F / 362880;
-    p = p * z - 1.0F / 5040;
-    p = p * z + 1.0F / 120;
-    p = p * z - 1.0F / 6;
+    float p = 2.60005451e-6F;
+    p = p * z - 1.98066151e-4F;
+    p = p * z + 8.33301729e-3F;
+    p = p * z - 0.166666571F;
     const float sine = r + r * z * p;
     return (std::bit_cast<std::int32_t>(shifted) & 1) != 0 ? -sine : sine;
 }
 
-/// The angle of (x, y), absolute error below 5e-7; 0 for (0, 0). The polynomial is that of M.
-/// Abramowitz, I. Stegun, Handbook of Mathematical Functions, 4.4.49.
+/// The angle of (x, y), absolute error below 5e-7; 0 for (0, 0). The smaller over the larger of
+/// both, and a minimax polynomial of degree 15.
 float atan(float y, float x) {
     const float of_x = x < 0 ? -x : x;
     const float of_y = y < 0 ? -y : y;
     const float t = min(of_x, of_y) / max(max(of_x, of_y), 1e-30F);
     const float z = t * t;
-    float p = 0.0028662257F;
-    p = p * z - 0.0161657367F;
-    p = p * z + 0.0429096138F;
-    p = p * z - 0.0752896400F;
-    p = p * z + 0.1065626393F;
-    p = p * z - 0.1420889944F;
-    p = p * z + 0.1999355085F;
-    p = p * z - 0.3333314528F;
+    float p = -0.00435540F;
+    p = p * z + 0.02304010F;
+    p = p * z - 0.05777355F;
+    p = p * z + 0.09794232F;
+    p = p * z - 0.13976581F;
+    p = p * z + 0.19962704F;
+    p = p * z - 0.33331659F;
     float angle = t + t * z * p;
     angle = of_y > of_x ? 1.57079632679F - angle : angle;
     angle = x < 0 ? 3.14159265359F - angle : angle;

@@ -25,8 +25,9 @@ inline constexpr const char* kHost = "host";
 ///
 /// Without a choice: on a GPU the Vulkan engine, everything. Without one, where its driver is not
 /// conformant, or where a trial says that it is slower than the processor, the host engine; what
-/// that cannot do, a user's metric, goes to the device that there is. With kHost the host engine alone, with a Vulkan device that device alone,
-/// whose shaders then compute everything. A user's metric needs float64 in shaders.
+/// that cannot do, a user's metric, goes to the device that there is. With kHost the host engine
+/// alone, with a Vulkan device that device alone, whose shaders then compute everything. A user's
+/// metric needs float64 in shaders.
 class Engines {
   public:
     /// `options.device` may be kHost too. Nothing is opened yet.

@@ -14,8 +14,6 @@ namespace merl::engine {
 // (docs/performance.md). Every number is added in the same lane and order for any width of vectors,
 // so the result is the same on all processors that fuse multiplication and addition.
 
-/// One block of one material.
-
 /// Materials that are taken together.
 constexpr std::uint32_t kHostGroup = 4;
 

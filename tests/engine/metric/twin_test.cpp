@@ -174,7 +174,7 @@ TEST(Twin, Ciede2000IsThatOfTheTextbook) {
 }
 
 /// How far a difference in float32 may be from that in float64, in units of the last digit.
-constexpr double kLastDigits = 64;  // 17 is the most that was measured, of hues almost opposite
+constexpr double kLastDigits = 64;
 
 /// Colours in CIELAB, as a block of either kind: the same numbers.
 struct Colours {
