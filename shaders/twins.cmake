@@ -60,7 +60,7 @@ function(add_twins target folder list kind type header ending)
     # condition may only become a choice where nobody asks which operations raised a flag. In a twin
     # "float" is a macro, for double.
     set_source_files_properties(${twin} PROPERTIES
-      COMPILE_OPTIONS "-fno-trapping-math;-finline-functions;$<$<CXX_COMPILER_ID:GNU>:--param=max-inline-insns-auto=1000;--param=max-inline-insns-single=1000;--param=inline-unit-growth=1000>;$<$<CXX_COMPILER_ID:Clang>:-Wno-keyword-macro>")
+      COMPILE_OPTIONS "-fno-trapping-math;-finline-functions;$<$<CXX_COMPILER_ID:Clang>:-Xclang;-cl-single-precision-constant>;$<$<CXX_COMPILER_ID:GNU>:--param=max-inline-insns-auto=1000;--param=max-inline-insns-single=1000;--param=inline-unit-growth=1000>;$<$<CXX_COMPILER_ID:Clang>:-Wno-keyword-macro>")
     string(APPEND declarations "extern const ${type} ${kind}_${id};\n")
     string(APPEND entries "glsl::${kind}_${id}, ")
   endforeach()
@@ -84,7 +84,7 @@ endfunction()
 # Adds the metrics of `folder`; of those without a degree also the sum in float32. That is a file of its
 # own for its options: literals are float32, and every number is finite, without which a choice of
 # the smaller one takes two instructions; and instructions of two voxels alternate, which on x86-64 GCC does
-# only when told. (Clang has no such literals; it computes in more digits.)
+# only when told. (What Clang has for OpenCL makes such literals in C++, too.)
 function(add_metrics target folder list)
   file(GLOB files CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/${folder}/*.glsl)
   foreach(file IN LISTS files)
