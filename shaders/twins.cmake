@@ -60,7 +60,7 @@ function(add_twins target folder list kind type header ending)
     # condition may only become a choice where nobody asks which operations raised a flag. In a twin
     # "float" is a macro, for double.
     set_source_files_properties(${twin} PROPERTIES
-      COMPILE_OPTIONS "-fno-trapping-math;-finline-functions;$<$<CXX_COMPILER_ID:Clang>:-Xclang;-cl-single-precision-constant>;$<$<CXX_COMPILER_ID:GNU>:--param=max-inline-insns-auto=1000;--param=max-inline-insns-single=1000;--param=inline-unit-growth=1000>;$<$<CXX_COMPILER_ID:Clang>:-Wno-keyword-macro>")
+      COMPILE_OPTIONS "-fno-trapping-math;-finline-functions;$<$<CXX_COMPILER_ID:GNU>:--param=max-inline-insns-auto=1000;--param=max-inline-insns-single=1000;--param=inline-unit-growth=1000>;$<$<CXX_COMPILER_ID:Clang>:-Wno-keyword-macro>")
     string(APPEND declarations "extern const ${type} ${kind}_${id};\n")
     string(APPEND entries "glsl::${kind}_${id}, ")
   endforeach()
@@ -97,7 +97,7 @@ function(add_metrics target folder list)
       DEPENDS make_twin ${template} ${file} VERBATIM)
     target_sources(${target} PRIVATE ${single})
     set_source_files_properties(${single} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON
-      COMPILE_OPTIONS "-fno-trapping-math;-fno-math-errno;-ffinite-math-only;-fno-signed-zeros;-finline-functions;$<$<CXX_COMPILER_ID:GNU>:-fsingle-precision-constant;-ffp-contract=fast;-fschedule-insns;-mprefer-vector-width=512;--param=max-inline-insns-auto=1000;--param=max-inline-insns-single=1000;--param=inline-unit-growth=1000>")
+      COMPILE_OPTIONS "-fno-trapping-math;-fno-math-errno;-ffinite-math-only;-fno-signed-zeros;-finline-functions;$<$<CXX_COMPILER_ID:Clang>:-Xclang;-cl-single-precision-constant>;$<$<CXX_COMPILER_ID:GNU>:-fsingle-precision-constant;-ffp-contract=fast;-fschedule-insns;-mprefer-vector-width=512;--param=max-inline-insns-auto=1000;--param=max-inline-insns-single=1000;--param=inline-unit-growth=1000>")
   endforeach()
   add_twins(${target} ${folder} ${list} metric BuiltMetric engine/metric/metric_library.h ""
             ${PROJECT_SOURCE_DIR}/engine/metric/twin.cpp.in
