@@ -81,10 +81,8 @@ const CLI::App& find_command(const CLI::App& program, const std::vector<std::str
         const auto commands = declared_commands(*command);
         const auto found = std::ranges::find(commands, word, &CLI::App::get_name);
         if (found == commands.end()) {
-            std::vector<std::string> names;
-            for (const auto* one : commands) {
-                names.push_back(one->get_name());
-            }
+            std::vector<std::string> names(commands.size());
+            std::ranges::transform(commands, names.begin(), &CLI::App::get_name);
             throw Error(
                 Fault::usage,
                 fmt::format("\"{}\" is no command of {}, which has {}", word, full_name(*command),
