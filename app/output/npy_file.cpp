@@ -77,7 +77,7 @@ NpyFile::NpyFile(const std::filesystem::path& path, std::span<const std::uint64_
         const std::string found(static_cast<const char*>(address), expected.size());
         ::munmap(address, bytes);
         fail(path,
-             fmt::format("found a header that begins with \"{}\"; expected \"{}\"",
+             fmt::format(R"(found a header that begins with "{}"; expected "{}")",
                          printable(found.substr(0, 100)), printable(expected.substr(0, 100))));
     }
     numbers_ = {reinterpret_cast<const double*>(mapped_.data() + expected.size()), count};
