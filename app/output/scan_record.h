@@ -66,8 +66,8 @@ struct FoundRecord {
 FoundRecord find_scan_record(const std::string& file, const std::string& name,
                              const std::string& hash, const scan::SelectionFile* selection);
 
-/// What a summary says, or something else that has its `database`; `file` is what errors call it.
-ScanRecord record_of(const nlohmann::ordered_json& summary, const std::string& file);
+/// What a summary says, or something else that has its `database`; errors call it `summary`.
+ScanRecord record_of(const nlohmann::ordered_json& json, const std::string& summary);
 
 /// What opens the database of a record again: the same databases under the same labels, on the same
 /// grid, and of their materials those that were scanned. Throws InputError when one is not there

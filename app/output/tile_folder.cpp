@@ -50,20 +50,21 @@ fs::path partial_path(const fs::path& path) {
 }
 
 /// Writes a file that nobody looks for yet, to the disk.
-void write_partial(const fs::path& path, const fs::path& final_path,
+void write_partial(const fs::path& partial, const fs::path& path,
                    const std::function<void(int file)>& write) {
-    set_unfinished(path);
+    set_unfinished(partial);
     try {
-        const Descriptor file(::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666));
+        const Descriptor file(
+            ::open(partial.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666));
         if (file.get() < 0) {
             throw std::system_error(errno, std::generic_category());
         }
         write(file.get());
         sync_file(file.get());
     } catch (const std::system_error& error) {
-        ::unlink(path.c_str());
+        ::unlink(partial.c_str());
         set_unfinished({});
-        fail(final_path, fmt::format("cannot be written: {}", error.code().message()));
+        fail(path, fmt::format("cannot be written: {}", error.code().message()));
     }
 }
 
@@ -197,8 +198,7 @@ std::uint64_t TileFolder::count() const {
     return there;
 }
 
-void TileFolder::write_whole(const fs::path& path,
-                             const std::function<void(int file)>& write) const {
+void TileFolder::write_whole(const fs::path& path, const std::function<void(int file)>& write) {
     const auto partial = partial_path(path);
     write_partial(partial, path, write);
     // Another process may have found the tile of yet another one there, and swept.

@@ -69,8 +69,8 @@ class TileFolder {
     std::filesystem::path path_of(std::uint64_t tile, const char* extension) const;
     TileRecord record(std::uint64_t tile) const;
     std::unique_ptr<const NpyFile> open(std::uint64_t tile) const;
-    void write_whole(const std::filesystem::path& path,
-                     const std::function<void(int file)>& write) const;
+    static void write_whole(const std::filesystem::path& path,
+                            const std::function<void(int file)>& write);
     void create(const std::string& text) const;
     void require_materials_of(const TileRecord& record) const;
     void require_all() const;
