@@ -219,7 +219,7 @@ std::optional<std::string> difference(const ordered_json& there, const ordered_j
         for (const auto& [key, value] : here.items()) {
             const auto found = there.find(key);
             const auto inside = place.empty() ? key : place + "/" + key;
-            if (const auto one =
+            if (auto one =
                     difference(found == there.end() ? ordered_json() : *found, value, inside)) {
                 return one;
             }
@@ -227,8 +227,7 @@ std::optional<std::string> difference(const ordered_json& there, const ordered_j
     }
     if (there.is_array() && here.is_array()) {
         for (std::size_t i = 0; i < std::min(there.size(), here.size()); ++i) {
-            if (const auto one =
-                    difference(there[i], here[i], fmt::format("{}/{}", place, i + 1))) {
+            if (auto one = difference(there[i], here[i], fmt::format("{}/{}", place, i + 1))) {
                 return one;
             }
         }
@@ -305,7 +304,7 @@ TileManifest parse_manifest(const std::string& text, const std::string& file) {
             const auto& name = provenance.metrics.back().name;
             if (std::ranges::count(provenance.metrics, name, &pipeline::MetricProvenance::name) !=
                 1) {
-                refuse(fmt::format("\"metrics\" has \"{}\" twice", name));
+                refuse(fmt::format(R"("metrics" has "{}" twice)", name));
             }
             manifest.metrics.push_back({.text = text_at(metric, "text"),
                                         .source_hash = text_at(metric, "source_hash"),
