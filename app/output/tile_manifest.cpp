@@ -124,8 +124,8 @@ pipeline::DatabaseProvenance database_of(const ordered_json& json) {
     database.grid = grid_at(json);
     for (const auto& name : texts_at(json, "materials")) {
         if (!database.materials.empty() && name <= database.materials.back().name) {
-            refuse(fmt::format("\"materials\" has \"{}\" after \"{}\"; expected names in order",
-                               name, database.materials.back().name));
+            refuse(fmt::format(R"("materials" has "{}" after "{}"; expected names in order)", name,
+                               database.materials.back().name));
         }
         database.materials.push_back({.name = name, .content_hash = {}});
     }
@@ -145,13 +145,13 @@ pipeline::DatabaseProvenance database_of(const ordered_json& json) {
         for (std::size_t m = 0; m < added.materials; ++m, ++first) {
             if (first >= materials ||
                 !database.materials[first].name.starts_with(added.label + "/")) {
-                refuse(fmt::format("\"databases\" does not go with \"materials\" at \"{}\"",
+                refuse(fmt::format(R"("databases" does not go with "materials" at "{}")",
                                    added.label));
             }
         }
     }
     if (!database.parts.empty() && first != materials) {
-        refuse("\"databases\" has not all of \"materials\"");
+        refuse(R"("databases" has not all of "materials")");
     }
     for (const auto& skipped : json.at("skipped")) {
         database.skipped.push_back({text_at(skipped, "material"), text_at(skipped, "reason")});
@@ -218,7 +218,7 @@ std::optional<std::string> difference(const ordered_json& there, const ordered_j
     if (there.is_object() && here.is_object()) {
         for (const auto& [key, value] : here.items()) {
             const auto found = there.find(key);
-            const auto inside = place.empty() ? key : place + "/" + key;
+            const auto inside = place.empty() ? key : fmt::format("{}/{}", place, key);
             if (auto one =
                     difference(found == there.end() ? ordered_json() : *found, value, inside)) {
                 return one;
