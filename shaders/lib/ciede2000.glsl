@@ -82,7 +82,7 @@ float ciede2000_squared(vec3 lab1, vec3 lab2) {
 
     // Each difference over its weight, where all three share a division.
     float l2 = l * l;
-    float weight_l = 1.0 + 0.015 * l2 * 1.0 / sqrt(20.0 + l2);
+    float weight_l = 1.0 + 0.015 * l2 / sqrt(20.0 + l2);
     float weight_c = 1.0 + 0.0225 * sum_c;
     float weight_h = 1.0 + 0.0075 * sum_c * t;
     float weight_ch = weight_c * weight_h;

@@ -516,7 +516,7 @@ TEST(Distances, OfListedPairsTakeMemoryForTheseAlone) {
         EXPECT_NEAR(some.distances[0].values[p] / expected[p], 1, 2e-6);
     }
     const auto peak = std::ranges::max(some.engines, {}, &EngineUse::peak_bytes).peak_bytes;
-    EXPECT_LT(peak, 90'000'000U);  // samples, grids and their ranges, and next to nothing for pairs
+    EXPECT_LT(peak, 80'000'000U);  // samples, grids and their ranges, and next to nothing for pairs
 }
 
 TEST(Distances, AListOfPairsIsLookedAt) {
