@@ -22,9 +22,9 @@ namespace merl::pipeline {
 /// What is known of a material that was read.
 struct MaterialProvenance {
     std::string name;
-    std::string content_hash;  // of its samples, without its name
-    std::uint64_t negative = 0;
-    std::uint64_t negative_above_horizon = 0;
+    std::string content_hash;                  // of its samples, without its name
+    std::uint64_t negative = 0;                // samples with at least one negative channel
+    std::uint64_t negative_above_horizon = 0;  // of them, where a metric would have seen them
 };
 
 /// One of the databases that were joined.
@@ -37,21 +37,23 @@ struct PartProvenance {
     std::size_t materials = 0;
 };
 
+/// The database of which distances were computed, as it was when it was read.
 struct DatabaseProvenance {
     std::string name;
     std::string kind;
     std::string path;          // absolute; empty for one that is not in a file
     std::string content_hash;  // of all materials
     engine::Grid grid;
-    std::uint64_t voxels = 0;  // above the horizon
-    std::vector<MaterialProvenance> materials;
-    std::vector<PartProvenance> parts;         // none: it is one by itself
-    std::vector<engine::BadMaterial> skipped;  // what was left out because it cannot be used
+    std::uint64_t voxels = 0;                   // above the horizon
+    std::vector<MaterialProvenance> materials;  // ascending by name, as in the table
+    std::vector<PartProvenance> parts;          // none: it is one by itself
+    std::vector<engine::BadMaterial> skipped;   // what was left out because it cannot be used
 };
 
+/// A file that distances were read from, instead of a database.
 struct TableProvenance {
-    std::string file;
-    std::string content_hash;
+    std::string file;          // as it was named
+    std::string content_hash;  // of its bytes
 };
 
 /// A folder of tiles that they were read from (distance_tiles.h).
@@ -61,8 +63,9 @@ struct TilesProvenance {
     std::uint64_t tiles = 0;
 };
 
+/// A metric under which there are distances.
 struct MetricProvenance {
-    std::string name;
+    std::string name;         // with the parameters that are not the default ones
     bool is_computed = true;  // otherwise only the name is known
     std::string title = {}, formula = {}, source = {}, note = {};
     std::vector<std::pair<std::string, double>> parameters = {};
@@ -72,10 +75,11 @@ struct MetricProvenance {
     std::string accuracy = {};     // of its distances, for people: "float64" ...; empty: not known
 };
 
+/// An engine that computed distances: this processor, or a device.
 struct EngineProvenance {
     engine::EngineDescription engine;
     std::vector<std::string> metrics;  // that it computed
-    std::uint64_t peak_bytes = 0;
+    std::uint64_t peak_bytes = 0;      // of memory held for that
 };
 
 /// Where distances are from: everything that a result has to say of it.

@@ -15,6 +15,7 @@
 
 namespace merl::pipeline {
 
+/// How well each metric of a table predicts ratings of approximations.
 struct RatingScoreResult {
     std::vector<std::uint64_t>
         refined;  // distances recomputed in float64, by metric; none of a table

@@ -23,6 +23,8 @@ namespace merl::pipeline {
 /// So many of the hardest originals are listed under each metric.
 inline constexpr std::size_t kHardest = 5;
 
+/// What metrics say of approximations of originals. Configurations hold places in the pairs of
+/// `distances`.
 struct ReferenceScanResult {
     scan::ReferenceDistances distances;  // refined
     std::vector<std::uint64_t> refined;  // distances recomputed, by metric

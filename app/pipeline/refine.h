@@ -33,14 +33,14 @@ bool can_be_exact(const engine::Metric& metric, const engine::Engines* engines);
 
 /// What refining took.
 struct Refined {
-    std::uint64_t first = 0;  // distances recomputed under the first metric
-    std::uint64_t second = 0;
+    std::uint64_t first = 0;   // distances recomputed under the first metric
+    std::uint64_t second = 0;  // under the second one
 };
 
 /// What refine() tells while it is at work; each may be empty, and may throw.
 struct RefineProgress {
-    std::function<void(double share)> deciding = {};  // which distances are wanted
-    std::function<void(std::uint64_t distances)> wanted = {};
+    std::function<void(double share)> deciding = {};           // which distances are wanted
+    std::function<void(std::uint64_t distances)> wanted = {};  // so many, under both together
     std::function<void(double share)> refining = {};
 };
 

@@ -20,6 +20,7 @@
 
 namespace merl::pipeline {
 
+/// What is looked for among the configurations of two metrics, and what it may take.
 struct ScanOptions {
     std::uint32_t select = 100;                  // configurations for judges
     std::uint32_t per_material = 10;             // in how many of them a material may take part
@@ -45,6 +46,7 @@ struct ScanSeconds {
 /// So many configurations that are left open are listed.
 inline constexpr std::size_t kMostOpen = 1000;
 
+/// Where two metrics disagree. Configurations hold places in the list of pairs of materials.
 struct ScanResult {
     scan::Distances distances;  // refined
     Refined refined;
@@ -58,7 +60,7 @@ struct ScanResult {
     /// Between which numbers that of exact distances is; both are what was counted where nothing
     /// is left open.
     scan::BoundedCount bounded;
-    std::vector<scan::Configuration> selection;
+    std::vector<scan::Configuration> selection;      // for judges, in the order of being chosen
     std::vector<scan::Configuration> disagreements;  // that are listed
     std::optional<scan::Configuration> strongest;
     ScanSeconds seconds;

@@ -14,6 +14,7 @@
 
 namespace merl::pipeline {
 
+/// How well each metric of a table predicts judgements, and every two beside each other.
 struct ScoreResult {
     scan::Judgements judgements;  // on the materials of the table
     std::vector<std::uint64_t>

@@ -37,6 +37,7 @@ struct TuneBegin {
     double seconds_per_evaluation;  // if not quick
 };
 
+/// How long to search, from which random starts, and what it may take.
 struct TuneOptions {
     std::optional<std::uint32_t> evaluations = {};  // of distances in one fit, at most
     std::uint64_t seed = 1;
@@ -44,6 +45,7 @@ struct TuneOptions {
     std::function<void(const TuneBegin&)> begin = {};  // called once; what it throws comes out
 };
 
+/// A metric fitted to judgements, and what that is worth.
 struct TuneResult {
     engine::Metric metric;        // with the fitted parameters
     scan::Judgements judgements;  // on the materials of the database

@@ -23,6 +23,7 @@ std::string_view without_byte_order_mark(std::string_view text);
 /// The text without the blanks at both ends.
 std::string_view trimmed(std::string_view text);
 
+/// Code points from the first to the last.
 struct CharacterRange {
     char32_t first, last;
 };

@@ -15,6 +15,7 @@
 
 namespace merl::engine {
 
+/// Which distances to compute, over which voxels, and what it may take.
 struct DistanceOptions {
     /// Bound on the memory of the device and on what the host takes: samples as read, grids, sums,
     /// totals. Not on the distances themselves, 16 bytes a pair and metric.
@@ -43,6 +44,7 @@ struct EngineUse {
     std::uint64_t peak_bytes = 0;      // of memory held for that
 };
 
+/// Distances, and what was learnt of the materials on the way.
 struct DistanceResult {
     std::vector<MetricDistances> distances;  // per metric
     std::vector<EngineUse> engines;

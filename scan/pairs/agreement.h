@@ -48,6 +48,7 @@ struct Configuration {
 Configuration make_configuration(std::span<const double> first, std::span<const double> second,
                                  std::uint32_t a, std::uint32_t b);
 
+/// The same of two metrics that are together.
 inline Configuration make_configuration(const Distances& distances, std::uint32_t a,
                                         std::uint32_t b) {
     return make_configuration(distances.first, distances.second, a, b);

@@ -80,6 +80,7 @@ struct JudgedMaterials {
     std::span<const std::uint32_t> all() const { return {list.data(), has_reference ? 3U : 4U}; }
 };
 
+/// Takes a judgement's two pairs apart, of so many materials.
 JudgedMaterials materials_of(const Judgement& judgement, std::uint32_t materials);
 
 /// The rows of `file` whose materials are all among `materials` (ascending; their index is what

@@ -64,6 +64,7 @@ struct RatingClusters {
     std::string too_few = {};        ///< why there are no intervals; else empty
 };
 
+/// How well metrics predict ratings, beside each other and beside the name alone.
 struct RatingScore {
     double apart;                ///< pairs count as apart where ratings differ by more than this
     RatingClusters all;          ///< of correlations: approximations

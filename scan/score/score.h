@@ -64,6 +64,7 @@ struct ScoreClusters {
     std::string too_few;              ///< why there are no intervals; else empty
 };
 
+/// How well metrics predict judgements; counts are of those on materials with distances.
 struct Score {
     std::uint64_t judgements;
     std::uint64_t untied;

@@ -31,6 +31,7 @@ struct Comparison {
     std::vector<Configuration> strongest;
 };
 
+/// Every two metrics of a table beside each other.
 struct ComparisonResult {
     std::vector<Comparison> comparisons;  ///< (0,1), (0,2) … (1,2) …
     bool streamed;                        ///< every configuration was looked at too (scan.h)

@@ -30,6 +30,7 @@ struct CrossValidation {
     PredictionScores scores;
 };
 
+/// How fits search, and whether several may at a time.
 struct TuneOptions {
     FitOptions fit;
     bool at_once = true;  ///< whether `distances_at` may be called by several threads

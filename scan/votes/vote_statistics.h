@@ -121,6 +121,7 @@ struct Significance {
     double least_p_needed = 0;     ///< what Holm's correction asks of the smallest p-value
 };
 
+/// What the votes of judges on one selection prove.
 struct VoteStatistics {
     std::vector<ConfigurationVotes> configurations;  ///< selection and random, as in Votes
     Significance significance;

@@ -38,6 +38,7 @@ struct Ballot {
     }
 };
 
+/// One judge, whose rows are those of one file.
 struct Judge {
     std::string name;
     std::string file;
