@@ -55,7 +55,7 @@ string(REGEX REPLACE "/$" "" PREFIX_FROM_PC "${PREFIX_FROM_PC}")
 configure_file(cmake/merl_scan.pc.in merl_scan.pc @ONLY)
 install(FILES ${PROJECT_BINARY_DIR}/merl_scan.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig COMPONENT development)
 
-# `cpack -G DEB`: the program, and what other programs are built with.
+# `cpack -G DEB`: the program, what other programs are built with, and the module for Debian's Python.
 set(CPACK_PACKAGE_NAME merl-scan)
 set(CPACK_PACKAGE_CONTACT "The merl-scan developers <merl-scan@localhost>")
 set(CPACK_PACKAGE_DESCRIPTION_SUMMARY ${PROJECT_DESCRIPTION})
@@ -74,4 +74,16 @@ set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SECTION libdevel)
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SHLIBDEPS OFF)
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS
     "glslang-dev, glslang-tools, libboost-dev, libfmt-dev, libglm-dev, libhwy-dev, libnlopt-dev, libssl-dev, libtbb-dev, libvulkan-dev, libxxhash-dev, nlohmann-json3-dev, pkg-config, spirv-tools")
+if(MERL_SCAN_PYTHON)
+  find_package(Python3 REQUIRED COMPONENTS Interpreter)
+  math(EXPR next_minor "${Python3_VERSION_MINOR} + 1")
+  list(APPEND CPACK_COMPONENTS_ALL dist_packages)
+  set(CPACK_DEBIAN_DIST_PACKAGES_PACKAGE_NAME python3-merl-scan)
+  set(CPACK_DEBIAN_DIST_PACKAGES_PACKAGE_SECTION python)
+  # Beside what dpkg-shlibdeps finds; compiled for this one version of Python.
+  set(CPACK_DEBIAN_DIST_PACKAGES_PACKAGE_DEPENDS
+      "python3 (>= 3.${Python3_VERSION_MINOR}), python3 (<< 3.${next_minor}), python3-numpy")
+  set(CPACK_DEBIAN_DIST_PACKAGES_PACKAGE_RECOMMENDS ${CPACK_DEBIAN_PROGRAM_PACKAGE_RECOMMENDS})
+  set(CPACK_DEBIAN_DIST_PACKAGES_PACKAGE_SUGGESTS "python3-pandas, python3-tqdm")
+endif()
 include(CPack)

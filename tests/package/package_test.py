@@ -13,6 +13,7 @@ import unittest
 SOURCE = pathlib.Path(__file__).resolve().parents[2]
 BUILD = pathlib.Path(os.environ["BUILD"])
 CONSUMER = SOURCE / "tests" / "app" / "pipeline" / "consumer.cpp"
+HAS_PYTHON = "MERL_SCAN_PYTHON:BOOL=ON" in (BUILD / "CMakeCache.txt").read_text(encoding="utf-8")
 
 # Directories of two grids, so small that everything takes no time, are made by the program.
 DATABASE = ["database", "write", "--materials", "chrome,gold-paint", "--grid", "6x5x8"]
@@ -26,6 +27,11 @@ def run(*command, **options):
         raise AssertionError(f"{command}: status {result.returncode}\n{result.stdout[-3000:]}"
                              f"\n{result.stderr[-3000:]}")
     return result.stdout
+
+
+def without_python(**environment):
+    """The environment, in which Python looks for packages where it does by itself."""
+    return {**{name: value for name, value in os.environ.items() if not name.startswith("PYTHON")}, **environment}
 
 
 class Package(unittest.TestCase):
@@ -49,16 +55,35 @@ class Package(unittest.TestCase):
             self.assertGreater((share / file).stat().st_size, 100, file)
         return program
 
-    def test_install(self):
-        root = self.work / "installed"
-        run("cmake", "--install", BUILD, "--prefix", root)
-        program = self.assert_works(root)
+    def distance(self, program):
+        """That of the two materials of the database, as the program has it."""
         run(program, "compare", "--database", "db", "--metrics", "pawcielab,rmse", "--device", "host", "--out",
             "out", "--quiet", cwd=self.work)
         lines = (self.work / "out" / "distances.csv").read_text(encoding="utf-8").splitlines()
-        columns = dict(zip(lines[0].split(","), lines[1].split(",")))
+        return float(dict(zip(lines[0].split(","), lines[1].split(",")))["pawcielab"])
+
+    def assert_python_has_it(self, folder, distance, environment):
+        """Debian's Python finds the module in `folder`, whole, and it computes the same bits."""
+        said = run("/usr/bin/python3", "-B", "-c", "import merl_scan as ms; print(ms.__file__, ms.__version__, "
+                   "*ms.distances(ms.open('db'), 'pawcielab', device='host')['pawcielab'].tolist(), sep='\\n')",
+                   cwd=self.work, env=environment)
+        file, version, found = said.splitlines()
+        self.assertEqual(pathlib.Path(file).parents[1], folder)
+        self.assertEqual(version, run(BUILD / "merl-scan", "--version").strip())
+        self.assertEqual(float(found), distance)
+        self.assertEqual({f.name for f in (folder / "merl_scan").iterdir() if f.suffix != ".so"},
+                         {f.name for f in (SOURCE / "app" / "python" / "merl_scan").iterdir() if f.is_file()})
+
+    def test_install(self):
+        root = self.work / "installed"
+        run("cmake", "--install", BUILD, "--prefix", root)
+        distance = self.distance(self.assert_works(root))
         moved = self.work / "moved"  # nothing may know where it was
         root.rename(moved)
+        if HAS_PYTHON:  # as below ~/.local
+            environment = without_python(PYTHONUSERBASE=str(moved))
+            site = run("/usr/bin/python3", "-c", "import site; print(site.getusersitepackages())", env=environment)
+            self.assert_python_has_it(pathlib.Path(site.strip()), distance, environment)
 
         run("cmake", "-S", SOURCE / "tests" / "package", "-B", self.work / "cmake",
             f"-DCMAKE_PREFIX_PATH={moved}", "-DCMAKE_BUILD_TYPE=Release")
@@ -71,12 +96,12 @@ class Package(unittest.TestCase):
         for consumer in (self.work / "cmake" / "consumer", self.work / "by_pkg_config"):
             names, value = run(consumer, "db", cwd=self.work).split(": ")
             self.assertEqual(names, "chrome, gold-paint")
-            self.assertAlmostEqual(float(value), float(columns["pawcielab"]), delta=1e-5)
+            self.assertAlmostEqual(float(value), distance, delta=1e-5)
 
+    @unittest.skipUnless(HAS_PYTHON, "built without the Python module")
     def test_pip_install(self):
         """Without the network, from what is compiled already; then imported from elsewhere."""
-        environment = {name: value for name, value in os.environ.items() if not name.startswith("PYTHON")}
-        environment["MERL_SCAN_BUILD"] = str(BUILD.resolve())
+        environment = without_python(MERL_SCAN_BUILD=str(BUILD.resolve()))
         run("/usr/bin/python3", "-m", "venv", "--system-site-packages", self.work / "venv", env=environment)
         run(self.work / "venv" / "bin" / "pip", "install", "--no-build-isolation", "--no-index", SOURCE, env=environment)
         said = run(self.work / "venv" / "bin" / "python", "-c", "import merl_scan as ms; db = ms.open(); "
@@ -99,20 +124,26 @@ class Package(unittest.TestCase):
 
     def test_debian(self):
         run("cpack", "-G", "DEB", "--config", BUILD / "CPackConfig.cmake", "-B", self.work / "packages")
-        program, development = sorted((self.work / "packages").glob("*.deb"), reverse=True)
-        self.assertTrue(program.name.startswith("merl-scan_"), program)
-        self.assertTrue(development.name.startswith("libmerl-scan-dev_"), development)
-        fields = run("dpkg-deb", "--field", program)
+        packages = {file.name.split("_")[0]: file for file in (self.work / "packages").glob("*.deb")}
+        module = ["python3-merl-scan"] if HAS_PYTHON else []
+        self.assertEqual(sorted(packages), ["libmerl-scan-dev", "merl-scan", *module])
+        fields = run("dpkg-deb", "--field", packages["merl-scan"])
         for word in ("Package: merl-scan\n", "Recommends: ", "mesa-vulkan-drivers"):
             self.assertIn(word, fields)
         depends = re.search(r"^Depends: (.*)$", fields, re.MULTILINE)[1]
         for library in ("libc6", "libfmt", "libopenexr", "libtbb"):
             self.assertIn(library, depends)
-        self.assertIn("libfmt-dev", run("dpkg-deb", "--field", development, "Depends"))
-        for package in (program, development):
+        self.assertIn("libfmt-dev", run("dpkg-deb", "--field", packages["libmerl-scan-dev"], "Depends"))
+        for package in packages.values():
             run("dpkg-deb", "--extract", package, self.work / "root")
-        self.assert_works(self.work / "root" / "usr")
+        program = self.assert_works(self.work / "root" / "usr")
         self.assertTrue(list(self.work.glob("root/usr/lib/**/libmerl_scan_pipeline.a")))
+        if HAS_PYTHON:
+            depends = run("dpkg-deb", "--field", packages["python3-merl-scan"], "Depends")
+            for word in ("libc6", "libfmt", "libtbb", "python3 (>= 3.", "python3 (<< 3.", "python3-numpy"):
+                self.assertIn(word, depends)
+            folder = self.work / "root" / "usr" / "lib" / "python3" / "dist-packages"
+            self.assert_python_has_it(folder, self.distance(program), without_python(PYTHONPATH=str(folder)))
 
 
 if __name__ == "__main__":

@@ -1,5 +1,6 @@
 """The module against what the command line writes of the same files: the same bits."""
 
+import importlib.util
 import os
 
 # The program lets lavapipe have wider vectors, and with them sums of another order; the module leaves
@@ -88,6 +89,14 @@ class CommandLine(support.Case):
         for one in score.metrics:
             self.assertEqual(float(by_name[one.metric]["majorities"]), one.majorities.value)
             self.assertEqual(float(by_name[one.metric]["log_likelihood_per_vote"]), one.log_likelihood.value)
+        if importlib.util.find_spec("pandas") is None:
+            return
+        frame = score.to_pandas().set_index("metric")
+        self.assertEqual(sorted(frame.index), sorted(by_name))
+        for name, row in by_name.items():
+            for column in frame.columns:
+                there = row[column.replace("log_likelihood", "log_likelihood_per_vote")]
+                np.testing.assert_equal(frame.loc[name, column], float(there) if there else np.nan, column)
 
     def test_spheres(self):
         self.assert_success("render", "--database", "database", "--materials", "m03", "--size", "24", "--out", "m.exr", "--quiet")
