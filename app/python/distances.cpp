@@ -84,6 +84,9 @@ py::dict result_of(const pipeline::PairDistances& distances) {
 
 py::dict distances(const py::object& database, const py::sequence& metrics, const py::dict& call) {
     const auto source = source_of(database, metrics);
+    if (!source.database) {
+        throw py::type_error("found None; expected a database");
+    }
     const auto options = call_options(call);
     pipeline::PairDistances result;
     run(options, [&](const pipeline::Control& control) {

@@ -19,7 +19,7 @@ std::vector<double> numbers_of(const py::handle& array, const std::string& metri
                                std::uint64_t pairs) {
     const auto numbers = Numbers::ensure(array);
     if (!numbers) {
-        throw py::error_already_set();
+        throw py::type_error(metric + ": expected an array of numbers");
     }
     if (numbers.ndim() != 1 || static_cast<std::uint64_t>(numbers.size()) != pairs) {
         throw std::invalid_argument(

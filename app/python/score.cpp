@@ -1,5 +1,7 @@
 #include "app/pipeline/score.h"
 
+#include <algorithm>
+#include <stdexcept>
 #include <utility>
 
 #include "app/python/call.h"
@@ -49,7 +51,12 @@ scan::JudgementFile judgements_of(const py::str& file, const py::str& format,
         from_python(file), from_python(format), from_python_list(names), {}};
     const auto rows = Rows::ensure(array);
     if (!rows) {
-        throw py::error_already_set();
+        throw py::type_error("rows of judgements: expected an array of numbers");
+    }
+    auto sorted = result.names;
+    std::ranges::sort(sorted);
+    if (std::ranges::adjacent_find(sorted) != sorted.end()) {
+        throw std::invalid_argument("rows of judgements: a name is there twice");
     }
     if (rows.ndim() != 2 || rows.shape(1) != kColumns) {
         throw std::invalid_argument("rows of judgements: expected an array of shape (rows, 7)");

@@ -25,15 +25,16 @@ py::array_t<float> render(const DatabaseHandle& handle, std::size_t material, st
         throw py::index_error("no such material");
     }
     constexpr std::int64_t kMostPixels = 8192;
+    constexpr double kMostStops = 30;  // as --exposure
     const double length = std::hypot(light[0], light[1], light[2]);
     if (size < 1 || size > kMostPixels) {
         throw Error(Fault::usage, "size: expected 1 to 8192 pixels, found " + std::to_string(size));
     }
     if (!(field_of_view > 0 && field_of_view < 180) || !(background >= 0 && background <= 1) ||
-        !std::isfinite(exposure) || !std::isfinite(length) || length == 0) {
+        !(std::abs(exposure) <= kMostStops) || !std::isfinite(length) || length == 0) {
         throw Error(Fault::usage,
                     "expected a field of view between 0 and 180 degrees, a background from 0 to 1, "
-                    "a finite exposure and a direction of light that is not 0");
+                    "an exposure from -30 to 30 stops and a direction of light that is not 0");
     }
     pipeline::SphereView view = {
         .sphere = {.size = static_cast<std::uint32_t>(size),

@@ -81,6 +81,47 @@ class BadInput(unittest.TestCase):
             self.refused(ms.Error, [], ms.grid, shape)
         self.assertEqual(len(ms.distances(database)), 1)
 
+    def test_numbers_and_texts(self):
+        """What is no number, no text or far too large is refused by the name of the argument."""
+        arrays = {n: brdf(i) for i, n in enumerate("abc")}
+        database = ms.Database.from_arrays(arrays)
+        d = ms.distances(database, ["rmse", "cwcbrt"], device="host")
+        for bad in (1.5, "2", None, True, [1]):
+            self.refused(TypeError, ["threads", repr(bad)], ms.distances, database, threads=bad)
+            self.refused(TypeError, ["select", repr(bad)], ms.scan, d, select=bad)
+            self.refused(TypeError, ["size", repr(bad)], ms.render, database["a"], size=bad)
+            self.refused(TypeError, ["shape", repr(bad)], ms.grid, (4, bad, 4))
+        for far in (10**30, 10**400, -10**30):
+            for memory in (far, f"{far}"):
+                self.refused(ValueError, ["memory"], ms.distances, database, memory=memory)
+            self.refused(ms.UsageError, ["threads"], ms.distances, database, threads=far)
+            self.refused(ms.UsageError, ["disagreements"], ms.scan, d, disagreements=far)
+            self.refused(ms.UsageError, ["size"], ms.render, database["a"], size=far)
+            self.refused(ms.UsageError, ["shape"], ms.open, shape=(far, 4, 4))
+        for shape in (5, "444", None):
+            self.refused(TypeError, ["shape"], ms.grid, shape)
+        for bad in (3, None):
+            self.refused(TypeError, ["metric"], ms.Metric, bad)
+            self.refused(TypeError, ["device"], ms.distances, database, device=bad)
+            self.refused(TypeError, ["label"], ms.Database.from_arrays, arrays, label=bad)
+            self.refused(TypeError, ["phi_d_range"], ms.Database.from_arrays, arrays, phi_d_range=bad)
+            self.refused(TypeError, [repr(bad)], lambda: database[bad])
+        self.refused(TypeError, ["Distances"], ms.scan, None)
+        self.refused(TypeError, ["Distances"], ms.score, database, None)
+        self.refused(TypeError, ["Judgements"], ms.score, d, None)
+        self.refused(ms.UsageError, ["empty"], ms.open, "")
+        for exposure in (31, -1e308, np.nan):
+            self.refused(ms.UsageError, ["exposure"], ms.render, database["a"], size=8, exposure=exposure)
+        self.assertEqual(len(ms.distances(database, threads=np.int64(1), memory=np.int64(1 << 20))), 3)
+
+    def test_a_text_does_not_end_at_nul(self):
+        d = ms.distances(ms.Database.from_arrays({"a": brdf(1), "b": brdf(2)}), "rmse", device="host")
+        with tempfile.TemporaryDirectory() as place:
+            for function in (d.to_csv, ms.open, ms.read_distances, ms.read_judgements, ms.Metric):
+                self.refused(ms.UsageError, ["\\x00"], function, f"{place}/file\0.csv")
+            self.assertEqual(list(pathlib.Path(place).iterdir()), [])
+        self.refused(ms.UsageError, ["device"], ms.distances, d.database, device="host\0")
+
     def test_files(self):
         with tempfile.TemporaryDirectory() as place:
             work = pathlib.Path(place)
@@ -98,6 +139,11 @@ class BadInput(unittest.TestCase):
         for row in ([0, 1, 0, 3, 1, 0, 0], [0, 0, 1, 2, 1, 0, 0], [0, 1, 1, 0, 1, 0, 0], [0, 1, 0, 2, 2**40, 0, 0]):
             self.refused(ValueError, ["rows of judgements"], ms.score, d, ms.Judgements("f", "f", list("abc"), np.array([row], np.uint64)))
         self.refused(ValueError, ["rows of judgements"], ms.score, d, ms.Judgements("f", "f", list("abc"), np.zeros(7, np.uint64)))
+        row = np.array([[0, 1, 0, 2, 1, 0, 0]])
+        self.refused(ValueError, ["twice"], ms.score, d, ms.Judgements("f", "f", list("aab"), row))
+        for rows in (row + 0.5, "x", [["x"] * 7], None):
+            self.refused(TypeError, ["rows of judgements"], ms.score, d, ms.Judgements("f", "f", list("abc"), rows))
+        self.refused(ValueError, ["rows of judgements"], ms.score, d, ms.Judgements("f", "f", list("abc"), -row))
         good = ms.Judgements("f", "f", list("abc"), np.array([[0, 1, 0, 2, 3, 0, 1]], np.uint64))
         self.assertEqual(ms.score(d, good).votes, 4)
 

@@ -5,14 +5,14 @@ from __future__ import annotations
 import dataclasses
 import functools
 import os
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any, Optional, Union, overload
 
 import numpy as np
 import numpy.typing as npt
 
 from . import _core
-from ._progress import call
+from ._progress import call, text, whole
 
 Floats = npt.NDArray[np.float64]
 Patterns = Union[str, Sequence[str]]
@@ -99,6 +99,8 @@ class Database:
         for name in arrays:
             if not isinstance(name, str):
                 raise TypeError(f"arrays: found the name {name!r}; expected a str")
+        text("label", label)
+        text("phi_d_range", phi_d_range)
         names = sorted(arrays, key=os.fsencode)
         return cls([_from_arrays(label, False, names=names,
                                  arrays=[_array(name, arrays[name], copy) for name in names],
@@ -166,6 +168,8 @@ class Database:
             if names not in self._core.materials:
                 raise KeyError(names)
             return Material(self, names)
+        if not isinstance(names, Iterable):
+            raise TypeError(f"found {names!r}; expected the name of a material, or several")
         wanted = list(names)
         there = set(self._core.materials)
         for name in wanted:
@@ -258,6 +262,15 @@ def _patterns(patterns: Patterns) -> list[str]:
     return [patterns] if isinstance(patterns, str) else list(patterns)
 
 
+def _sides(shape: Sequence[int]) -> tuple[int, ...]:
+    if isinstance(shape, str) or not isinstance(shape, Iterable):
+        raise TypeError(f"shape: found {shape!r}; expected (theta_h, theta_d, phi_d)")
+    sides = tuple(whole("shape", side, 1, 65536) for side in shape)
+    if len(sides) != 3:
+        raise _core.UsageError(f"shape: found {sides}; expected (theta_h, theta_d, phi_d)")
+    return sides
+
+
 def open(name: Union[str, os.PathLike[str]] = "built-in", *, shape: Optional[Sequence[int]] = None,
          phi_d_range: Optional[str] = None, materials: Patterns = (), exclude: Patterns = (),
          skip_bad: bool = False) -> Database:
@@ -274,17 +287,19 @@ def open(name: Union[str, os.PathLike[str]] = "built-in", *, shape: Optional[Seq
     Raises InputError where there is nothing that could be one, UsageError for a bad label or
     pattern.
     """
-    text = os.fsdecode(name)
-    label, separator, path = text.partition("=")
+    whole_name = text("name", name)
+    if not whole_name:
+        raise _core.UsageError("name: found an empty text; expected a path")
+    label, separator, path = whole_name.partition("=")
     is_labelled = bool(separator) and "/" not in label
     if not is_labelled:
-        path = text
+        path = whole_name
     if path == "~" or path.startswith("~/"):
         path = os.path.expanduser(path)
     if is_labelled and not path:
-        raise _core.UsageError(f'{text}: found nothing after the "="; expected LABEL=PATH')
-    recipe = {"name": path, "shape": None if shape is None else tuple(shape), "phi_d_range": phi_d_range,
-              "skip_bad": skip_bad, "materials": _patterns(materials), "exclude": _patterns(exclude)}
+        raise _core.UsageError(f'{whole_name}: found nothing after the "="; expected LABEL=PATH')
+    recipe = {"name": path, "shape": None if shape is None else _sides(shape), "phi_d_range": phi_d_range,
+              "skip_bad": bool(skip_bad), "materials": _patterns(materials), "exclude": _patterns(exclude)}
     part = _open(label if is_labelled else _core.default_label(path), is_labelled, **recipe)
     if not _core.is_evaluated(path):
         part = dataclasses.replace(part, recipe={**recipe, "shape": part.core.shape})
@@ -341,6 +356,6 @@ def grid(shape: Sequence[int] = (90, 90, 180), phi_d_range: str = "pi") -> Grid:
 
     Raises UsageError for sizes that no grid has.
     """
-    sides = tuple(shape)
-    return Grid(shape=(sides[0], sides[1], sides[2]) if len(sides) == 3 else sides,  # type: ignore[arg-type]
-                phi_d_range=phi_d_range, **_core.geometry(sides, phi_d_range))
+    sides = _sides(shape)
+    return Grid(shape=(sides[0], sides[1], sides[2]), phi_d_range=phi_d_range,
+                **_core.geometry(sides, text("phi_d_range", phi_d_range)))

@@ -12,7 +12,7 @@ import numpy.typing as npt
 from . import _core
 from ._databases import Database, Floats
 from ._metrics import Metric, try_own
-from ._progress import call
+from ._progress import call, text
 
 if TYPE_CHECKING:
     import pandas  # type: ignore[import]
@@ -73,7 +73,7 @@ class Distances:
     def to_csv(self, file: Union[str, os.PathLike[str]]) -> None:
         """Writes what `merl-scan --distances` and read_distances() read; every number reads back the
         same. Replaces the file."""
-        _core.write_distances(os.fsdecode(file), self.names, self._columns)
+        _core.write_distances(text("file", file), self.names, self._columns)
 
     def to_pandas(self) -> pandas.DataFrame:
         """A row a pair: material_1, material_2, and a column a metric. Needs pandas."""
@@ -123,11 +123,11 @@ def distances(database: Database, metrics: Union[str, Metric, Sequence[Union[str
         raise TypeError(f"database: found {type(database).__name__}; expected a Database")
     if isinstance(metrics, (str, Metric)):
         metrics = [metrics]
-    texts = [metric._core.text if isinstance(metric, Metric) else os.fsdecode(metric) for metric in metrics]
+    texts = [metric._core.text if isinstance(metric, Metric) else text("metric", metric) for metric in metrics]
     if not texts:
         raise _core.UsageError("metrics: found none; expected one or more")
     handles, left_out = _core.open_metrics(texts, database._core)
-    try_own(handles, device)
+    try_own(handles, text("device", device))
     result = _core.distances(database._core, handles, call(device, memory, threads))
     provenance = {**result["provenance"], "left_out": left_out}
     return Distances(result["names"], result["columns"], provenance, database, [handle.text for handle in handles])
@@ -142,5 +142,5 @@ def read_distances(file: Union[str, os.PathLike[str]], metrics: Sequence[str] = 
     Raises InputError for a file that cannot be used.
     """
     columns = [metrics] if isinstance(metrics, str) else list(metrics)
-    result = _core.read_distances(os.fsdecode(file), columns, call())
+    result = _core.read_distances(text("file", file), columns, call())
     return Distances(result["names"], result["columns"], result["provenance"])

@@ -10,7 +10,7 @@ from typing import Any, Union
 
 from . import _core
 from ._databases import Material, _array
-from ._progress import call
+from ._progress import call, text
 
 #: What was tried already: the text of the metric, that of its file, the device.
 _tried: set[tuple[str, str, str]] = set()
@@ -47,9 +47,9 @@ def try_own(metrics: Sequence[_core.Metric], device: str) -> None:
             raise _core.InputError(f"{file}: compiling and trying it takes more than {_TRIAL_SECONDS} "
                                    "seconds") from None
         said = result.stdout.decode("utf-8", "surrogateescape")
-        kind, _, text = said.partition(" ")
+        kind, _, message = said.partition(" ")
         if kind:
-            raise getattr(_core, kind)(text)
+            raise getattr(_core, kind)(message)
         if result.returncode != 0:
             raise _core.InputError(f"{file}: compiling and trying it ended with status "
                                    f"{result.returncode}: {result.stderr.decode(errors='replace').strip()[-300:]}")
@@ -66,7 +66,7 @@ class Metric:
     """
 
     def __init__(self, name: Union[str, os.PathLike[str]]) -> None:
-        self._core = _core.Metric(os.fsdecode(name))
+        self._core = _core.Metric(text("metric", name))
 
     @property
     def name(self) -> str:
@@ -103,7 +103,7 @@ class Metric:
         Raises InputError where the two are on different grids, TypeError for other numbers.
         """
         of_a, of_b = _one(a, "a"), _one(b, "b")
-        try_own([self._core], device)
+        try_own([self._core], text("device", device))
         return self._core.distance(*of_a, *of_b, call(device, memory, threads))
 
     def __repr__(self) -> str:

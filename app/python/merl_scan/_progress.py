@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import contextlib
 import contextvars
+import os
 import sys
 from collections.abc import Callable, Iterator
 from typing import Any, Optional, Union
+
+from . import _core
 
 Report = Callable[[str, float], object]
 
@@ -15,10 +18,28 @@ _report: contextvars.ContextVar[Optional[Report]] = contextvars.ContextVar("repo
 
 def call(device: str = "", memory: Union[str, int] = "1G", threads: int = 0) -> dict[str, Any]:
     """The options that every function of _core takes that computes."""
-    if not isinstance(device, str):
-        raise TypeError(f"device: found {device!r}; expected a str")
-    return {"device": device, "memory": _bytes(memory), "threads": threads,
-            "progress": _report.get()}
+    return {"device": text("device", device), "memory": _bytes(memory),
+            "threads": whole("threads", threads, 0, 4096), "progress": _report.get()}
+
+
+def whole(name: str, number: Any, least: int, most: int) -> int:
+    """The argument `name`, a whole number."""
+    if isinstance(number, bool) or not hasattr(number, "__index__"):
+        raise TypeError(f"{name}: found {number!r}; expected a whole number")
+    result: int = number.__index__()
+    if not least <= result <= most:
+        raise _core.UsageError(f"{name}: found {number}; expected {least} to {most}")
+    return result
+
+
+def text(name: str, argument: Any) -> str:
+    """The argument `name`, a str or what names a file."""
+    if not isinstance(argument, (str, bytes, os.PathLike)):
+        raise TypeError(f"{name}: found {argument!r}; expected a str")
+    result = os.fsdecode(argument)
+    if "\0" in result:
+        raise _core.UsageError(f"{name}: found {result!r}; expected no NUL")
+    return result
 
 
 def _bytes(memory: Union[str, int]) -> int:
@@ -28,10 +49,8 @@ def _bytes(memory: Union[str, int]) -> int:
         digits = memory[:-1] if unit > 1 else memory
         if not (digits.isascii() and digits.isdigit()):
             raise ValueError(f'memory: found "{memory}"; expected bytes, like 512M or 2G')
-        return int(digits) * unit
-    if isinstance(memory, bool) or not hasattr(memory, "__index__"):
-        raise TypeError(f"memory: found {memory!r}; expected bytes, like 512M or 2G")
-    return memory.__index__()
+        return whole("memory", int(digits) * unit, 1, 1 << 62)
+    return whole("memory", memory, 1, 1 << 62)
 
 
 class _Bar:

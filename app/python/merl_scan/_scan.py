@@ -11,7 +11,7 @@ import numpy.typing as npt
 from . import _core
 from ._databases import Floats
 from ._distances import Distances
-from ._progress import call
+from ._progress import call, whole
 
 if TYPE_CHECKING:
     import pandas  # type: ignore[import]
@@ -98,12 +98,14 @@ def scan(distances: Distances, first: Optional[str] = None, second: Optional[str
     Raises UsageError for a metric that is not there, InputError where samples can no longer be read
     or have changed.
     """
+    if not isinstance(distances, Distances):
+        raise TypeError(f"distances: found {type(distances).__name__}; expected Distances")
     both = [first if first is not None else _metric(distances, 0), second if second is not None else _metric(distances, 1)]
-    for name, number in (("select", select), ("per_material", per_material), ("disagreements", disagreements or 0)):
-        if not 0 <= number < 2**32:
-            raise _core.UsageError(f"{name}: found {number}; expected a number from 0 to {2**32 - 1}")
+    select, per_material = whole("select", select, 0, 2**32 - 1), whole("per_material", per_material, 0, 2**32 - 1)
+    if disagreements is not None:
+        disagreements = whole("disagreements", disagreements, 0, 2**32 - 1)
     columns, database, metrics = distances._chosen(both)
-    result = _core.scan(distances.names, columns, database, metrics, select, per_material, disagreements, fast,
+    result = _core.scan(distances.names, columns, database, metrics, select, per_material, disagreements, bool(fast),
                         call("", memory, threads))
     pairs = distances.pairs
     values = {name: numbers for name, numbers, _, _ in result["columns"]}

@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from . import _core
 from ._distances import Distances
-from ._progress import call
+from ._progress import call, text
 
 if TYPE_CHECKING:
     import pandas  # type: ignore[import]
@@ -120,7 +120,7 @@ def read_judgements(file: Union[str, os.PathLike[str]]) -> Judgements:
 
     Raises InputError for a file that cannot be used.
     """
-    return Judgements(**_core.read_judgements(os.fsdecode(file), call()))
+    return Judgements(**_core.read_judgements(text("file", file), call()))
 
 
 def score(distances: Distances, judgements: Judgements, *, memory: Union[str, int] = "1G",
@@ -130,9 +130,15 @@ def score(distances: Distances, judgements: Judgements, *, memory: Union[str, in
     Raises InputError where no judgement is on these materials, and where samples can no longer be
     read or have changed.
     """
+    for name, argument, kind in (("distances", distances, Distances), ("judgements", judgements, Judgements)):
+        if not isinstance(argument, kind):
+            raise TypeError(f"{name}: found {type(argument).__name__}; expected {kind.__name__}")
+    rows = np.asarray(judgements.rows)
+    if rows.dtype.kind not in "iu":
+        raise TypeError(f"rows of judgements: found numbers of type {rows.dtype}; expected whole ones")
     columns, database, metrics = distances._chosen(distances.metrics)
     result = _core.score(distances.names, columns, database, metrics,
-                         (judgements.file, judgements.format, judgements.names, judgements.rows),
+                         (judgements.file, judgements.format, judgements.names, rows),
                          call("", memory, threads))
     figures = ("majorities", "votes", "slope", "log_likelihood")
     return Score(
