@@ -10,10 +10,12 @@
 #include <exception>
 #include <map>
 #include <mutex>
+#include <thread>
 #include <utility>
 #include <vector>
 
 #include "app/python/text.h"
+#include "app/python/unlocked.h"
 #include "engine/base/error.h"
 
 namespace py = pybind11;
@@ -25,6 +27,18 @@ constexpr auto kBetweenLooks = std::chrono::milliseconds(50);
 
 /// The process that has computed something; 0: none has.
 std::atomic<pid_t> computing_process = 0;
+
+/// How many Unlocked there are; and whether Python ends.
+std::atomic<int> unlocked_calls = 0;
+std::atomic<bool> is_ending = false;
+
+void require_not_ending() {
+    if (is_ending) {
+        const py::gil_scoped_acquire locked;
+        PyErr_SetNone(PyExc_SystemExit);  // which ends a thread without a word
+        throw py::error_already_set();
+    }
+}
 
 void require_not_forked() {
     pid_t none = 0;
@@ -51,6 +65,28 @@ Idle& idle() {
 
 }  // namespace
 
+Unlocked::Unlocked() {
+    ++unlocked_calls;
+    state_ = PyEval_SaveThread();
+}
+
+Unlocked::~Unlocked() {
+    PyEval_RestoreThread(state_);
+    --unlocked_calls;
+}
+
+void end_calls() {
+    is_ending = true;
+    const pid_t computing = computing_process;
+    if (computing != 0 && computing != ::getpid()) {
+        return;  // the threads that are counted are those of the process from which it was forked
+    }
+    const py::gil_scoped_release unlocked;
+    while (unlocked_calls > 0) {
+        std::this_thread::sleep_for(kBetweenLooks / 10);
+    }
+}
+
 CallOptions call_options(const py::dict& options) {
     CallOptions result;
     result.device = from_python(options["device"]);
@@ -71,9 +107,11 @@ CallOptions call_options(const py::dict& options) {
 }
 
 void run(const CallOptions& options, const std::function<void(const pipeline::Control&)>& work) {
+    require_not_ending();
     require_not_forked();
     auto last = std::chrono::steady_clock::now();
     const pipeline::Control control = {.progress = [&](std::string_view stage, double share) {
+        require_not_ending();
         const auto now = std::chrono::steady_clock::now();
         if (now - last < kBetweenLooks && share < 1) {
             return;
@@ -87,7 +125,7 @@ void run(const CallOptions& options, const std::function<void(const pipeline::Co
             options.progress(to_python(stage), share);
         }
     }};
-    const py::gil_scoped_release unlocked;
+    const Unlocked unlocked;
     if (options.threads == 0) {
         work(control);
     } else {

@@ -10,6 +10,7 @@
 #include "app/python/call.h"
 #include "app/python/handles.h"
 #include "app/python/text.h"
+#include "app/python/unlocked.h"
 #include "engine/base/error.h"
 #include "engine/database/content_hash.h"
 #include "engine/database/joined_database.h"
@@ -156,7 +157,7 @@ py::array_t<double> read(const DatabaseHandle& handle, std::size_t material) {
                                  static_cast<py::ssize_t>(grid.theta_d),
                                  static_cast<py::ssize_t>(grid.phi_d), py::ssize_t{3}});
     double* const to = samples.mutable_data();
-    const py::gil_scoped_release unlocked;
+    const Unlocked unlocked;
     engine::read_material(
         database, material, {}, [&](engine::VoxelRange range, std::span<const double> planes) {
             for (std::uint64_t i = 0; i < range.size(); ++i) {
@@ -194,7 +195,7 @@ py::dict geometry(const py::sequence& sides, const std::string& phi_d_range) {
         to[i] = numbers.mutable_data();
         result[kNames[i]] = std::move(numbers);
     }
-    const py::gil_scoped_release unlocked;
+    const Unlocked unlocked;
     for (std::uint64_t k = 0; k < grid.voxels(); ++k) {
         auto voxel = domain.voxel(k);
         if (k % grid.phi_d >= grid.over_pi().phi_d) {

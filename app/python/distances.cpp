@@ -12,6 +12,7 @@
 #include "app/python/call.h"
 #include "app/python/handles.h"
 #include "app/python/text.h"
+#include "app/python/unlocked.h"
 #include "engine/base/error.h"
 
 namespace py = pybind11;
@@ -115,7 +116,7 @@ void write_distances(const py::str& file, const py::sequence& names, const py::s
         throw Error(Fault::output,
                     fmt::format("{}: {}", path, std::generic_category().message(errno)));
     }
-    const py::gil_scoped_release unlocked;
+    const Unlocked unlocked;
     try {
         scan::write_distance_table(descriptor, table);
     } catch (const std::system_error& error) {

@@ -71,6 +71,25 @@ except KeyboardInterrupt:
 """)
         self.assertEqual(result.stdout.split(), ["interrupted", "4950"], result.stderr)
 
+    def test_ends_while_a_thread_computes(self):
+        for seconds in (0.2, 0.5):
+            result = python(f"""
+import threading, time
+import merl_scan as ms
+database = ms.open(shape=(20, 20, 40))
+begun = threading.Event()
+def work():
+    while True:
+        with ms.progress(lambda stage, share: begun.set()):
+            ms.distances(database, "paw-ciede2000", device="host")
+        database["chrome"].samples()
+threading.Thread(target=work, daemon=True).start()
+begun.wait()
+time.sleep({seconds})
+print("end")
+""")
+            self.assertEqual((result.returncode, result.stdout, result.stderr), (0, "end\n", ""))
+
     def test_progress_raises(self):
         database = ms.open(shape=(20, 20, 40), materials="*paint*")
 
