@@ -79,7 +79,7 @@ struct Work {
 /// Computes one tile after the other, those that are not there.
 class Worker {
   public:
-    Worker(const Options& options, const Computation& computation, const TileFolder& folder)
+    Worker(const Options& options, const Computation& computation, TileFolder& folder)
         : options_(options), computation_(computation), folder_(folder) {}
 
     void compute(std::uint64_t tile, const pipeline::Control& control) {
@@ -109,7 +109,7 @@ class Worker {
   private:
     const Options& options_;
     const Computation& computation_;
-    const TileFolder& folder_;
+    TileFolder& folder_;
     Work work_;
     std::set<std::string> warned_;
 };
@@ -168,8 +168,7 @@ int run(const Options& options) {
     auto provenance =
         pipeline::provenance_before(*computation.opened.engines, database, computation.metrics);
     provenance.left_out = computation.left_out;
-    const TileFolder folder(options.out,
-                            manifest_of(provenance, computation.metrics, options.tile));
+    TileFolder folder(options.out, manifest_of(provenance, computation.metrics, options.tile));
     const bool speaks = ranks.rank() == 0 && !options.quiet;
     if (ranks.rank() == 0) {
         std::ranges::for_each(provenance.warnings, print_warning);
@@ -177,7 +176,8 @@ int run(const Options& options) {
     }
     const auto tiles = folder.manifest().tiles.count();
     if (speaks) {
-        const auto there = folder.count();
+        const auto there = folder.count(control);
+        of_tiles.clear();
         print_results(source_lines(provenance, database.materials().size()));
         print_result("tiles",
                      fmt::format("{} of {} are there, {} to compute", there, tiles, tiles - there));
@@ -198,11 +198,11 @@ int run(const Options& options) {
     if (ranks.rank() == 0) {
         folder.sweep();
     }
+    const auto missing = speaks ? tiles - folder.count(control) : 0;
     of_tiles.clear();
     if (speaks) {
         print_results(lines);
         print_results(engine_lines(provenance));
-        const auto missing = tiles - folder.count();
         print_result("results",
                      missing == 0 ? fmt::format("{0}: merl-scan scan --distances {0}", options.out)
                                   : fmt::format("{}: {} of {} tiles are missing", options.out,
@@ -230,7 +230,7 @@ void add_distances(CLI::App& program, Command& chosen) {
     command
         ->add_option("--part", options->part,
                      "Compute only part K of N, without MPI: parts may run in any order, at once "
-                     "and twice")
+                     "and twice, with the same --tile in all")
         ->transform(part_of_all());
     constexpr std::uint32_t kMost = 65536;
     command

@@ -7,6 +7,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <bit>
 #include <cerrno>
 #include <cstring>
@@ -44,9 +45,18 @@ std::string npy_header(std::span<const std::uint64_t> sides) {
     return header + '\n';
 }
 
-std::string hash_of_numbers(std::span<const double> numbers) {
-    const auto bytes = std::as_bytes(numbers);
-    return hash_of({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+std::string hash_of_numbers(std::span<const double> numbers,
+                            const std::function<void(double share)>& progress) {
+    constexpr std::size_t kPiece = 1U << 23U;  // 64 MiB
+    Hash hash;
+    for (std::size_t first = 0; first < numbers.size(); first += kPiece) {
+        hash.update(
+            std::as_bytes(numbers.subspan(first, std::min(kPiece, numbers.size() - first))));
+        if (progress) {
+            progress(static_cast<double>(first) / static_cast<double>(numbers.size()));
+        }
+    }
+    return hash.hexadecimal();
 }
 
 NpyFile::NpyFile(const std::filesystem::path& path, std::span<const std::uint64_t> sides) {

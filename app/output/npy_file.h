@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <span>
 #include <string>
 
@@ -15,8 +16,9 @@ namespace merl::app {
 std::string npy_header(std::span<const std::uint64_t> sides);
 
 /// What says that an array is the one that was written: hash_of() of its numbers, as they are in
-/// the file.
-std::string hash_of_numbers(std::span<const double> numbers);
+/// the file. `progress` is called between pieces with the share done and may throw.
+std::string hash_of_numbers(std::span<const double> numbers,
+                            const std::function<void(double share)>& progress = {});
 
 /// Such a file, mapped into memory as long as it lives.
 class NpyFile {

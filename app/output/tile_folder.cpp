@@ -19,6 +19,7 @@
 #include "app/output/staging.h"
 #include "engine/base/error.h"
 #include "engine/base/hash.h"
+#include "engine/base/number.h"
 #include "engine/base/stopwatch.h"
 #include "scan/io/csv.h"
 #include "scan/io/input.h"
@@ -44,28 +45,74 @@ std::string own_mark() {
     return fmt::format("{}-{}", host.data(), ::getpid());
 }
 
-fs::path partial_path(const fs::path& path) {
-    return path.parent_path() /
-           fmt::format(".{}{}{}", path.filename().string(), kPartial, own_mark());
-}
-
-/// Writes a file that nobody looks for yet, to the disk.
-void write_partial(const fs::path& partial, const fs::path& path,
-                   const std::function<void(int file)>& write) {
-    set_unfinished(partial);
-    try {
-        const Descriptor file(
-            ::open(partial.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666));
-        if (file.get() < 0) {
-            throw std::system_error(errno, std::generic_category());
+/// A file that nobody looks for yet, beside the one that it becomes. It goes with this, unless it
+/// was put into place.
+class PartialFile {
+  public:
+    /// Throws Error (output) where it cannot be made.
+    explicit PartialFile(fs::path path) : path_(std::move(path)) {
+        // A process of the same number may have been killed, or be at work in another container.
+        for (int number = 1;; ++number) {
+            name_ = path_.parent_path() / fmt::format(".{}{}{}-{}", path_.filename().string(),
+                                                      kPartial, own_mark(), number);
+            file_ =
+                Descriptor(::open(name_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666));
+            if (file_.get() >= 0) {
+                break;
+            }
+            if (errno != EEXIST) {
+                fail(path_, fmt::format("cannot be written: {}", std::strerror(errno)));
+            }
         }
-        write(file.get());
-        sync_file(file.get());
-    } catch (const std::system_error& error) {
-        ::unlink(partial.c_str());
-        set_unfinished({});
-        fail(path, fmt::format("cannot be written: {}", error.code().message()));
+        set_unfinished(name_);
     }
+    ~PartialFile() {
+        if (!name_.empty()) {
+            ::unlink(name_.c_str());
+        }
+        set_unfinished({});
+    }
+    PartialFile(const PartialFile&) = delete;
+    PartialFile& operator=(const PartialFile&) = delete;
+
+    /// Writes it, to the disk. Throws Error (output).
+    void write(const std::function<void(int file)>& write) const {
+        try {
+            write(file_.get());
+            sync_file(file_.get());
+        } catch (const std::system_error& error) {
+            fail(path_, fmt::format("cannot be written: {}", error.code().message()));
+        }
+    }
+
+    /// Gives it the name of what it becomes, unless somebody else was first. Throws Error (output).
+    void link() const { require(::link(name_.c_str(), path_.c_str()) == 0 || errno == EEXIST); }
+
+    /// The same, in the place of what has that name.
+    void rename() {
+        require(::rename(name_.c_str(), path_.c_str()) == 0);
+        name_.clear();
+    }
+
+  private:
+    /// Another process may have found the file of yet another one there, and swept.
+    void require(bool done) const {
+        const int why = errno;
+        if (!done && !(why == ENOENT && is_there(path_))) {
+            fail(path_, fmt::format("cannot be put into place: {}", std::strerror(why)));
+        }
+    }
+
+    fs::path path_;
+    fs::path name_;  // of this file
+    Descriptor file_;
+};
+
+/// Writes a file: to one of another name, to the disk, then to its name.
+void write_whole(const fs::path& path, const std::function<void(int file)>& write) {
+    PartialFile partial(path);
+    partial.write(write);
+    partial.rename();
 }
 
 void sync_folder(const fs::path& folder) {
@@ -89,6 +136,14 @@ void require_numbers(std::span<const double> distances, std::span<const double> 
         throw InputError(
             fmt::format("{}: found the bound {}; expected numbers from 0", path.string(), *worse));
     }
+}
+
+/// The progress of one tile among all.
+std::function<void(double share)> share_of(const pipeline::Control& control, std::string_view stage,
+                                           std::uint64_t tile, std::uint64_t tiles) {
+    return [=, &control](double share) {
+        control.update(stage, (static_cast<double>(tile) + share) / static_cast<double>(tiles));
+    };
 }
 
 }  // namespace
@@ -143,16 +198,9 @@ void TileFolder::create(const std::string& text) const {
                                       name, kManifest));
         }
     }
-    const auto path = folder_ / kManifest;
-    const auto partial = partial_path(path);
-    write_partial(partial, path, [&](int file) { scan::write_all(file, text); });
-    const bool failed = ::link(partial.c_str(), path.c_str()) != 0 && errno != EEXIST;
-    const int why = errno;
-    ::unlink(partial.c_str());
-    set_unfinished({});
-    if (failed) {
-        fail(path, fmt::format("cannot be made: {}", std::strerror(why)));
-    }
+    const PartialFile partial(folder_ / kManifest);
+    partial.write([&](int file) { scan::write_all(file, text); });
+    partial.link();
     sync_folder(folder_);
 }
 
@@ -165,12 +213,31 @@ std::vector<std::uint64_t> TileFolder::sides_of(std::uint64_t tile) const {
     return {manifest_.metrics.size(), 2, rectangle.rows, rectangle.columns};
 }
 
-bool TileFolder::has(std::uint64_t tile) const {
-    if (!is_there(path_of(tile, ".json"))) {
+/// The tile that a file of this name is of; none for another file.
+std::optional<std::uint64_t> TileFolder::tile_of(const std::string& file) const {
+    constexpr std::string_view kTile = "tile-";
+    if (!file.starts_with(kTile)) {
+        return std::nullopt;
+    }
+    const auto tile = parse_number<std::uint64_t>(
+        std::string_view(file).substr(kTile.size(), file.find('.') - kTile.size()));
+    const bool is_one =
+        tile && *tile < manifest_.tiles.count() &&
+        (file == path_of(*tile, ".npy").filename() || file == path_of(*tile, ".json").filename());
+    return is_one ? tile : std::nullopt;
+}
+
+bool TileFolder::has(std::uint64_t tile, const std::function<void(double share)>& progress) {
+    if (!is_there(path_of(tile, ".json")) || !is_there(path_of(tile, ".npy"))) {
         return false;
     }
+    if (whole_.contains(tile)) {
+        return true;
+    }
     try {
-        open(tile);
+        const auto found = record(tile);
+        open(tile, found.array_hash, progress);
+        whole_.emplace(tile, found.rectangle.is_diagonal() ? found.rows_hash : std::string());
         return true;
     } catch (const InputError&) {
         return false;
@@ -178,38 +245,28 @@ bool TileFolder::has(std::uint64_t tile) const {
 }
 
 /// As it was written: a byte that a disk or a copy changed is seen.
-std::unique_ptr<const NpyFile> TileFolder::open(std::uint64_t tile) const {
+std::unique_ptr<const NpyFile> TileFolder::open(
+    std::uint64_t tile, const std::string& array_hash,
+    const std::function<void(double share)>& progress) const {
     const auto path = path_of(tile, ".npy");
     auto array = std::make_unique<const NpyFile>(path, sides_of(tile));
-    const auto expected = record(tile).array_hash;
-    if (const auto found = hash_of_numbers(array->numbers()); found != expected) {
+    if (const auto found = hash_of_numbers(array->numbers(), progress); found != array_hash) {
         throw InputError(
             fmt::format("{}: found numbers with the hash {}; expected those of its .json, {}",
-                        path.string(), found, expected));
+                        path.string(), found, array_hash));
     }
     return array;
 }
 
-std::uint64_t TileFolder::count() const {
+std::uint64_t TileFolder::count(const pipeline::Control& control) {
+    const auto tiles = manifest_.tiles.count();
     std::uint64_t there = 0;
-    for (std::uint64_t tile = 0; tile < manifest_.tiles.count(); ++tile) {
-        there += has(tile) ? 1 : 0;
+    for (std::uint64_t tile = 0; tile < tiles; ++tile) {
+        const auto progress = share_of(control, "looking at tiles", tile, tiles);
+        progress(0);
+        there += has(tile, progress) ? 1 : 0;
     }
     return there;
-}
-
-void TileFolder::write_whole(const fs::path& path, const std::function<void(int file)>& write) {
-    const auto partial = partial_path(path);
-    write_partial(partial, path, write);
-    // Another process may have found the tile of yet another one there, and swept.
-    const bool failed =
-        ::rename(partial.c_str(), path.c_str()) != 0 && !(errno == ENOENT && is_there(path));
-    const int why = errno;
-    set_unfinished({});
-    if (failed) {
-        ::unlink(partial.c_str());
-        fail(path, fmt::format("cannot be put into place: {}", std::strerror(why)));
-    }
 }
 
 TileRecord TileFolder::record(std::uint64_t tile) const {
@@ -218,12 +275,12 @@ TileRecord TileFolder::record(std::uint64_t tile) const {
 }
 
 /// Against the tiles on the diagonal that are there.
-void TileFolder::require_materials_of(const TileRecord& record) const {
+void TileFolder::require_materials_of(const TileRecord& record) {
     const auto& [row, rows, column, columns] = record.rectangle;
     for (const auto& [first, hash] :
          {std::pair(row, record.rows_hash), {column, record.columns_hash}}) {
         const auto diagonal = manifest_.tiles.on_diagonal(first / manifest_.tiles.side);
-        if (has(diagonal) && this->record(diagonal).rows_hash != hash) {
+        if (has(diagonal) && whole_.at(diagonal) != hash) {
             const auto& names = manifest_.provenance.database->materials;
             throw InputError(fmt::format(
                 "{}: the samples of {} to {} are not those of which {} is; the database was "
@@ -235,7 +292,7 @@ void TileFolder::require_materials_of(const TileRecord& record) const {
     }
 }
 
-void TileFolder::write(std::uint64_t tile, const pipeline::DistanceTile& computed) const {
+void TileFolder::write(std::uint64_t tile, const pipeline::DistanceTile& computed) {
     const auto record = record_of(manifest_, computed);
     require_materials_of(record);
     write_whole(path_of(tile, ".json"),
@@ -246,9 +303,11 @@ void TileFolder::write(std::uint64_t tile, const pipeline::DistanceTile& compute
         scan::write_all(file, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
     });
     sync_folder(folder_);
+    whole_.insert_or_assign(tile,
+                            record.rectangle.is_diagonal() ? record.rows_hash : std::string());
 }
 
-void TileFolder::sweep() const {
+void TileFolder::sweep() {
     std::error_code none;
     for (const auto& entry : fs::directory_iterator(folder_, none)) {
         const auto name = entry.path().filename().string();
@@ -257,12 +316,9 @@ void TileFolder::sweep() const {
             continue;
         }
         const auto whole = name.substr(1, end - 1);
-        for (std::uint64_t tile = 0; tile < manifest_.tiles.count(); ++tile) {
-            if ((whole == path_of(tile, ".npy").filename() ||
-                 whole == path_of(tile, ".json").filename()) &&
-                has(tile)) {
-                ::unlink(entry.path().c_str());
-            }
+        const auto tile = tile_of(whole);
+        if (whole == kManifest || (tile && has(*tile))) {
+            ::unlink(entry.path().c_str());
         }
     }
 }
@@ -284,44 +340,114 @@ std::vector<std::size_t> TileFolder::places_of(std::span<const std::string> metr
     return places;
 }
 
-void TileFolder::require_all() const {
+void TileFolder::refuse_missing(std::uint64_t missing, std::uint64_t first,
+                                const std::string& why) const {
+    throw InputError(
+        fmt::format("{}: {} of {} tiles are missing, the first is {}{}; the same "
+                    "`merl-scan distances --out {}` again computes them",
+                    folder_.string(), missing, manifest_.tiles.count(),
+                    path_of(first, ".npy").filename().string(), why, folder_.string()));
+}
+
+TileFolder::Records TileFolder::records(std::span<const std::size_t> places,
+                                        const pipeline::Control& control) const {
+    const auto& tiles = manifest_.tiles;
+    std::uint64_t looked = 0;
     std::uint64_t missing = 0;
-    std::uint64_t first = 0;
-    const auto count = manifest_.tiles.count();
-    for (std::uint64_t tile = 0; tile < count; ++tile) {
-        if (!has(tile) && missing++ == 0) {
+    std::uint64_t first = tiles.count();
+    std::string why;
+    // None where a tile is missing. What its array has is looked at when that is read.
+    const auto look = [&](std::uint64_t tile) -> std::optional<TileRecord> {
+        share_of(control, "looking at tiles", looked++, tiles.count())(0);
+        std::string reason;
+        try {
+            if (!is_there(path_of(tile, ".npy"))) {
+                reason = "";
+            } else if (!is_there(path_of(tile, ".json"))) {
+                reason = "; its .json is missing";
+            } else {
+                const NpyFile array(path_of(tile, ".npy"), sides_of(tile));
+                return record(tile);
+            }
+        } catch (const InputError& error) {
+            reason = fmt::format(" ({})", error.what());
+        }
+        ++missing;
+        if (tile < first) {
             first = tile;
+            why = reason;
+        }
+        return std::nullopt;
+    };
+    Records result;
+    std::vector<TileRecord> diagonal(tiles.across());
+    for (std::uint32_t group = 0; group < tiles.across(); ++group) {
+        diagonal[group] = look(tiles.on_diagonal(group)).value_or(TileRecord());
+    }
+    for (std::uint32_t row = 0; row < tiles.across(); ++row) {
+        result.array_hashes.push_back(diagonal[row].array_hash);
+        for (std::uint32_t column = row + 1; column < tiles.across(); ++column) {
+            const auto tile = tiles.number_of(row, column);
+            const auto found = look(tile);
+            result.array_hashes.push_back(found ? found->array_hash : std::string());
+            // Of a tile on the diagonal that is missing nothing is known.
+            const auto is_of = [](const std::string& hash, const TileRecord& whole) {
+                return whole.rows_hash.empty() || hash == whole.rows_hash;
+            };
+            if (found && !(is_of(found->rows_hash, diagonal[row]) &&
+                           is_of(found->columns_hash, diagonal[column]))) {
+                throw InputError(fmt::format(
+                    "{}: is of other samples than the tiles on the diagonal; the database was "
+                    "changed meanwhile: compute all tiles anew",
+                    path_of(tile, ".json").string()));
+            }
         }
     }
     if (missing > 0) {
-        const auto path = path_of(first, ".npy");
-        std::string why;
-        if (is_there(path)) {
-            try {
-                if (is_there(path_of(first, ".json"))) {
-                    open(first);
-                }
-                why = "; its .json is missing";
-            } catch (const InputError& error) {
+        refuse_missing(missing, first, why);
+    }
+    result.provenance = provenance(places, diagonal);
+    return result;
+}
+
+void TileFolder::read_arrays(
+    const std::vector<std::string>& array_hashes,
+    const std::function<bool(std::uint64_t tile)>& is_wanted,
+    const std::function<void(std::uint64_t tile, std::span<const double> numbers)>& use,
+    const pipeline::Control& control) const {
+    std::uint64_t missing = 0;
+    std::uint64_t first = 0;
+    std::string why;
+    for (std::uint64_t tile = 0; tile < array_hashes.size(); ++tile) {
+        const auto progress = share_of(control, "reading", tile, array_hashes.size());
+        progress(0);
+        if (!is_wanted(tile)) {
+            continue;
+        }
+        std::unique_ptr<const NpyFile> array;
+        try {
+            array = open(tile, array_hashes[tile], progress);
+        } catch (const InputError& error) {
+            if (missing++ == 0) {
+                first = tile;
                 why = fmt::format(" ({})", error.what());
             }
+            continue;
         }
-        throw InputError(fmt::format(
-            "{}: {} of {} tiles are missing, the first is {}{}; the same "
-            "`merl-scan distances --out {}` again computes them",
-            folder_.string(), missing, count, path.filename().string(), why, folder_.string()));
+        use(tile, array->numbers());
+    }
+    if (missing > 0) {
+        refuse_missing(missing, first, why);
     }
 }
 
+/// From what the records of the tiles on the diagonal say.
 pipeline::Provenance TileFolder::provenance(std::span<const std::size_t> places,
-                                            const pipeline::Control& control) const {
+                                            std::span<const TileRecord> diagonal) const {
     auto result = manifest_.provenance;
     std::vector<std::string> planes;
     std::vector<engine::MaterialCounts> counts;
-    std::vector<std::string> of_groups;  // hashes, of the materials of each tile on the diagonal
-    const auto& tiles = manifest_.tiles;
-    for (std::uint32_t group = 0; group < tiles.across(); ++group) {
-        const auto found = record(tiles.on_diagonal(group));
+    for (const auto& found : diagonal) {
         planes.insert(planes.end(), found.planes.begin(), found.planes.end());
         counts.insert(counts.end(), found.counts.begin(), found.counts.end());
         for (const auto& warning : found.warnings) {
@@ -329,22 +455,10 @@ pipeline::Provenance TileFolder::provenance(std::span<const std::size_t> places,
                 result.warnings.push_back(warning);
             }
         }
-        of_groups.push_back(found.rows_hash);
         result.database->voxels = found.voxels;
     }
-    for (std::uint64_t tile = 0; tile < tiles.count(); ++tile) {
-        const auto found = record(tile);
-        if (found.rows_hash != of_groups[found.rectangle.row / tiles.side] ||
-            found.columns_hash != of_groups[found.rectangle.column / tiles.side]) {
-            throw InputError(fmt::format(
-                "{}: is of other samples than the tiles on the diagonal; the database was changed "
-                "meanwhile: compute all tiles anew",
-                path_of(tile, ".json").string()));
-        }
-        control.update("reading", 0);
-    }
     pipeline::add_materials(result, planes, counts);
-    result.tiles = {folder_.string(), manifest_hash(), tiles.count()};
+    result.tiles = {folder_.string(), manifest_hash(), manifest_.tiles.count()};
     std::vector<pipeline::MetricProvenance> chosen;
     for (const auto place : places) {
         chosen.push_back(result.metrics[place]);
@@ -375,22 +489,21 @@ std::vector<scan::MetricColumn> TileFolder::columns_of(std::span<const std::size
 pipeline::PairDistances TileFolder::read(std::span<const std::string> metrics,
                                          const pipeline::Control& control) const {
     Stopwatch watch;
-    require_all();
     const auto places = places_of(metrics);
+    auto found = records(places, control);
     pipeline::PairDistances result;
-    result.provenance = provenance(places, control);
+    result.provenance = std::move(found.provenance);
     result.table.names = manifest_.materials();
     const auto materials = result.table.materials();
     result.table.metrics = columns_of(places, result.table.pairs());
-    for (std::uint64_t tile = 0; tile < manifest_.tiles.count(); ++tile) {
-        const auto path = path_of(tile, ".npy");
+    const auto all = [](std::uint64_t /*tile*/) { return true; };
+    const auto use = [&](std::uint64_t tile, std::span<const double> numbers) {
         const auto at = manifest_.tiles.at(tile);
-        const auto array = open(tile);
         const std::size_t plane = std::size_t{at.rows} * at.columns;
         for (std::size_t m = 0; m < places.size(); ++m) {
-            const auto distances = array->numbers().subspan(2 * places[m] * plane, plane);
-            const auto bounds = array->numbers().subspan((2 * places[m] + 1) * plane, plane);
-            require_numbers(distances, bounds, path);
+            const auto distances = numbers.subspan(2 * places[m] * plane, plane);
+            const auto bounds = numbers.subspan((2 * places[m] + 1) * plane, plane);
+            require_numbers(distances, bounds, path_of(tile, ".npy"));
             auto& column = result.table.metrics[m];
             for (std::uint32_t r = 0; r < at.rows; ++r) {
                 const std::uint32_t skipped = at.is_diagonal() ? r + 1 : 0;
@@ -405,9 +518,8 @@ pipeline::PairDistances TileFolder::read(std::span<const std::string> metrics,
                 std::ranges::copy(bounds.subspan(in_row, count), column.bounds.begin() + first);
             }
         }
-        control.update("reading", static_cast<double>(tile + 1) /
-                                      static_cast<double>(manifest_.tiles.count()));
-    }
+    };
+    read_arrays(found.array_hashes, all, use, control);
     result.provenance.seconds.total = watch.lap();
     return result;
 }
@@ -416,10 +528,10 @@ pipeline::ListedPairDistances TileFolder::read_listed(std::span<const std::strin
                                                       std::span<const scan::Pair> pairs,
                                                       const pipeline::Control& control) const {
     Stopwatch watch;
-    require_all();
     const auto places = places_of(metrics);
+    auto found = records(places, control);
     pipeline::ListedPairDistances result;
-    result.provenance = provenance(places, control);
+    result.provenance = std::move(found.provenance);
     result.table.names = manifest_.materials();
     result.table.pairs.assign(pairs.begin(), pairs.end());
     result.table.metrics = columns_of(places, pairs.size());
@@ -429,29 +541,23 @@ pipeline::ListedPairDistances TileFolder::read_listed(std::span<const std::strin
         of_tile[tiles.number_of(pairs[p].first / tiles.side, pairs[p].second / tiles.side)]
             .push_back(p);
     }
-    for (std::uint64_t tile = 0; tile < tiles.count(); ++tile) {
-        if (of_tile[tile].empty()) {
-            continue;
-        }
-        const auto path = path_of(tile, ".npy");
+    const auto has_any = [&](std::uint64_t tile) { return !of_tile[tile].empty(); };
+    const auto use = [&](std::uint64_t tile, std::span<const double> numbers) {
         const auto at = tiles.at(tile);
-        const auto array = open(tile);
         const std::size_t plane = std::size_t{at.rows} * at.columns;
         for (const auto p : of_tile[tile]) {
             const std::size_t in_plane =
                 std::size_t{pairs[p].first - at.row} * at.columns + (pairs[p].second - at.column);
             for (std::size_t m = 0; m < places.size(); ++m) {
-                const auto distance = array->numbers().subspan(2 * places[m] * plane + in_plane, 1);
-                const auto bound =
-                    array->numbers().subspan((2 * places[m] + 1) * plane + in_plane, 1);
-                require_numbers(distance, bound, path);
+                const auto distance = numbers.subspan(2 * places[m] * plane + in_plane, 1);
+                const auto bound = numbers.subspan((2 * places[m] + 1) * plane + in_plane, 1);
+                require_numbers(distance, bound, path_of(tile, ".npy"));
                 result.table.metrics[m].values[p] = distance[0];
                 result.table.metrics[m].bounds[p] = bound[0];
             }
         }
-        control.update("reading",
-                       static_cast<double>(tile + 1) / static_cast<double>(tiles.count()));
-    }
+    };
+    read_arrays(found.array_hashes, has_any, use, control);
     result.provenance.seconds.total = watch.lap();
     return result;
 }

@@ -15,6 +15,7 @@
 #include "engine/base/hash.h"
 #include "engine/base/text.h"
 #include "engine/database/content_hash.h"
+#include "engine/database/domain.h"
 #include "scan/io/input.h"
 #include "scan/io/json_format.h"
 #include "scan/pairs/pairs.h"
@@ -84,9 +85,11 @@ std::uint64_t whole_at(const ordered_json& json, const char* key, std::uint64_t 
     const auto& number = json.at(key);
     if (!number.is_number_unsigned() || number.get<std::uint64_t>() < least ||
         number.get<std::uint64_t>() > greatest) {
-        refuse(fmt::format("\"{}\": found {}; expected a whole number from {} to {}", key,
+        refuse(fmt::format("\"{}\": found {}; expected {}", key,
                            number.dump(-1, ' ', false, ordered_json::error_handler_t::replace),
-                           least, greatest));
+                           least == greatest
+                               ? std::to_string(least)
+                               : fmt::format("a whole number from {} to {}", least, greatest)));
     }
     return number.get<std::uint64_t>();
 }
@@ -226,12 +229,14 @@ std::optional<std::string> difference(const ordered_json& there, const ordered_j
         }
     }
     if (there.is_array() && here.is_array()) {
-        for (std::size_t i = 0; i < std::min(there.size(), here.size()); ++i) {
-            if (auto one = difference(there[i], here[i], fmt::format("{}/{}", place, i + 1))) {
+        if (there.size() != here.size()) {
+            return fmt::format("{} has {} there and {} here", place, there.size(), here.size());
+        }
+        for (std::size_t i = 0; i < here.size(); ++i) {
+            if (auto one = difference(there[i], here[i], fmt::format("{}[{}]", place, i))) {
                 return one;
             }
         }
-        return fmt::format("{} has {} there and {} here", place, there.size(), here.size());
     }
     const auto text = [](const ordered_json& json) {
         constexpr std::size_t kMost = 200;
@@ -261,6 +266,12 @@ TileManifest manifest_of(const pipeline::Provenance& provenance,
     const auto materials = provenance.database->materials.size();
     manifest.tiles = {.materials = static_cast<std::uint32_t>(materials),
                       .side = side > 0 ? side : pipeline::default_tile_side(materials)};
+    if (manifest.tiles.count() > kMostTiles) {
+        throw Error(
+            Fault::usage,
+            fmt::format("--tile {}: found {} tiles for {} materials; expected at most {}",
+                        manifest.tiles.side, manifest.tiles.count(), materials, kMostTiles));
+    }
     for (const auto* metric : metrics) {
         manifest.metrics.push_back({.text = engine::text_of(*metric),
                                     .source_hash = merl::hash_of(metric->source),
@@ -325,13 +336,27 @@ TileManifest parse_manifest(const std::string& text, const std::string& file) {
         const auto materials = static_cast<std::uint32_t>(provenance.database->materials.size());
         const auto side = whole_at(json.at("tiles"), "side", 1, scan::max_materials);
         manifest.tiles = {.materials = materials, .side = static_cast<std::uint32_t>(side)};
+        const auto count = manifest.tiles.count();
+        if (count > kMostTiles) {
+            refuse(fmt::format(R"("side" {} and {} materials are {} tiles; expected at most {})",
+                               side, materials, count, kMostTiles));
+        }
+        whole_at(json.at("tiles"), "count", count, count);
     });
-    engine::require_usable(manifest.provenance.database->grid, file);
+    const auto& grid = manifest.provenance.database->grid;
+    engine::require_usable(grid, file);
+    manifest.voxels =
+        engine::VoxelList(engine::Domain(grid), engine::VoxelSet::above_horizon).size();
     return manifest;
 }
 
 std::string manifest_difference(const std::string& there, const std::string& here) {
-    return difference(ordered_json::parse(there), ordered_json::parse(here), "").value_or("");
+    const auto one = ordered_json::parse(there);
+    const auto other = ordered_json::parse(here);
+    if (auto of_database = difference(one.at("database"), other.at("database"), "database")) {
+        return *of_database;
+    }
+    return difference(one, other, "").value_or("");
 }
 
 TileRecord record_of(const TileManifest& manifest, const pipeline::DistanceTile& tile) {
@@ -389,9 +414,18 @@ TileRecord parse_record(const std::string& text, const std::string& file,
         record.rows_hash = text_at(rows, "content_hash");
         record.columns_hash = text_at(columns, "content_hash");
         record.array_hash = text_at(json, "array_hash");
-        record.voxels = samples_at(json, "samples_above_horizon");
+        record.voxels = whole_at(json, "samples_above_horizon", manifest.voxels, manifest.voxels);
         record.warnings = texts_at(json, "warnings");
+        const auto& names = manifest.provenance.database->materials;
         for (const auto& material : json.at("materials")) {
+            const auto m = rectangle.row + record.planes.size();
+            const auto name = text_at(material, "name");
+            if (m >= names.size() || name != names[m].name) {
+                refuse(fmt::format(R"("materials"[{}]: found "{}"; expected {})",
+                                   record.planes.size(), name,
+                                   m < names.size() ? fmt::format(R"("{}")", names[m].name)
+                                                    : std::string("none")));
+            }
             record.planes.push_back(text_at(material, "plane_hashes"));
             record.counts.push_back(
                 {.negative = samples_at(material, "negative_samples"),

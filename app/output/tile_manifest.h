@@ -24,12 +24,16 @@ struct TileManifest {
     pipeline::Provenance provenance;  // as provenance_before() has it
     std::vector<TileMetric> metrics;  // in the order of its metrics
     engine::Squares tiles;
+    std::uint64_t voxels = 0;  // above the horizon, of the grid
 
     std::vector<std::string> materials() const;
 };
 
+/// The most tiles of a folder: what is kept of each in memory, and two files, stay few.
+inline constexpr std::uint64_t kMostTiles = 1'000'000;
+
 /// What tiles that are to be computed are of. `side` materials a tile, or where it is 0 as
-/// default_tile_side() says.
+/// default_tile_side() says. Throws Error (usage) where there would be more than kMostTiles.
 TileManifest manifest_of(const pipeline::Provenance& provenance,
                          std::span<const engine::Metric* const> metrics, std::uint32_t side);
 
@@ -39,8 +43,9 @@ std::string manifest_text(const TileManifest& manifest);
 /// Reads that. Throws InputError, calling the file `file`, for what is none.
 TileManifest parse_manifest(const std::string& text, const std::string& file);
 
-/// The first that two manifests differ in: "database/path is "/a" there and "/b" here"; empty where
-/// they are the same.
+/// The first that two manifests differ in, the database before the rest, since the number of its
+/// materials changes that of the tiles: "database/path is "/a" there and "/b" here". Elements of
+/// arrays count from 0: "metrics[1]/name". Empty where they are the same.
 std::string manifest_difference(const std::string& there, const std::string& here);
 
 /// What was found while a tile was computed.

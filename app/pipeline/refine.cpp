@@ -1,7 +1,9 @@
 #include "app/pipeline/refine.h"
 
 #include <algorithm>
+#include <limits>
 #include <stdexcept>
+#include <utility>
 #include <vector>
 
 #include "engine/distance/float64_distances.h"
@@ -19,13 +21,47 @@ struct OpenColumn {
     std::vector<double>* bounds;
 };
 
-/// Replaces them by float64 ones, all in one pass; pair_of(place) is the pair at a place.
-void replace(std::span<const OpenColumn> columns, const auto& pair_of,
-             const engine::Database& database, std::uint64_t memory_bytes,
-             const std::function<void(double)>& progress, engine::Engines* engines) {
+/// What a distance takes while it is computed (float64_distances.h), about. Of ten thousand
+/// materials a hundred million may be open.
+constexpr std::uint64_t kBytesADistance = 80;
+
+std::size_t places_of(std::span<const OpenColumn> columns) {
+    std::size_t count = 0;
+    for (const auto& column : columns) {
+        count += column.places.size();
+    }
+    return count;
+}
+
+/// Takes away the first places, at most so many, all up to the same place: what is of one pair
+/// stays together.
+std::vector<OpenColumn> take_first(std::vector<OpenColumn>& columns, std::size_t most) {
+    const std::size_t of_each = std::max<std::size_t>(1, most / columns.size());
+    std::uint32_t last = std::numeric_limits<std::uint32_t>::max();
+    for (const auto& column : columns) {
+        if (column.places.size() > of_each) {
+            last = std::min(last, column.places[of_each - 1]);
+        }
+    }
+    auto first = columns;
+    for (std::size_t c = 0; c < columns.size(); ++c) {
+        const auto& places = columns[c].places;
+        const auto count =
+            static_cast<std::size_t>(std::ranges::upper_bound(places, last) - places.begin());
+        first[c].places = places.first(count);
+        columns[c].places = places.subspan(count);
+    }
+    return first;
+}
+
+/// Replaces them by float64 ones, in one pass; pair_of(place) is the pair at a place.
+void replace_at_once(std::span<const OpenColumn> columns, const auto& pair_of,
+                     const engine::Database& database, std::uint64_t memory_bytes,
+                     const std::function<void(double)>& progress, engine::Engines* engines) {
     std::vector<engine::Float64Request> requests;
     for (const auto& column : columns) {
         auto& request = requests.emplace_back(engine::Float64Request{column.metric, {}});
+        request.pairs.reserve(column.places.size());
         for (const auto place : column.places) {
             const scan::Pair pair = pair_of(place);
             request.pairs.emplace_back(pair.first, pair.second);
@@ -42,6 +78,27 @@ void replace(std::span<const OpenColumn> columns, const auto& pair_of,
             (*values)[places[i]] = exact[c][i];
             (*bounds)[places[i]] = 0;
         }
+    }
+}
+
+/// The same of any number, in pieces that take a quarter of the memory at most: no bit of a
+/// distance depends on what else is asked for.
+void replace(std::vector<OpenColumn> columns, const auto& pair_of, const engine::Database& database,
+             std::uint64_t memory_bytes, const std::function<void(double)>& progress,
+             engine::Engines* engines) {
+    const auto all = static_cast<double>(places_of(columns));
+    for (double done = 0; places_of(columns) > 0;) {
+        const auto piece = take_first(columns, memory_bytes / 4 / kBytesADistance);
+        const auto size = places_of(piece);
+        replace_at_once(
+            piece, pair_of, database, memory_bytes - std::min(memory_bytes, size * kBytesADistance),
+            [&](double share) {
+                if (progress) {
+                    progress((done + share * static_cast<double>(size)) / all);
+                }
+            },
+            engines);
+        done += static_cast<double>(size);
     }
 }
 
@@ -95,10 +152,9 @@ Refined refine(scan::Distances& distances, const engine::Database& database,
         if (progress.wanted) {
             progress.wanted(open.first.size() + open.second.size());
         }
-        const std::array<OpenColumn, 2> columns = {
-            OpenColumn{metrics[0], open.first, &distances.first, &distances.first_bounds},
-            OpenColumn{metrics[1], open.second, &distances.second, &distances.second_bounds}};
-        replace(columns, pairs_of(distances.materials()), database, memory_bytes, progress.refining,
+        replace({{metrics[0], open.first, &distances.first, &distances.first_bounds},
+                 {metrics[1], open.second, &distances.second, &distances.second_bounds}},
+                pairs_of(distances.materials()), database, memory_bytes, progress.refining,
                 engines);
         refined.first += open.first.size();
         refined.second += open.second.size();
@@ -126,7 +182,8 @@ std::vector<std::uint64_t> refine_judged(scan::DistanceTable& table,
         refined[m] = open[m].size();
     }
     if (!columns.empty()) {
-        replace(columns, pairs_of(table.materials()), database, memory_bytes, progress, engines);
+        replace(std::move(columns), pairs_of(table.materials()), database, memory_bytes, progress,
+                engines);
     }
     return refined;
 }
@@ -152,8 +209,8 @@ void make_exact(scan::ListedDistances& table, const engine::Database& database,
     }
     if (!columns.empty()) {
         replace(
-            columns, [&](std::uint32_t place) { return table.pairs.at(place); }, database,
-            memory_bytes, progress, engines);
+            std::move(columns), [&](std::uint32_t place) { return table.pairs.at(place); },
+            database, memory_bytes, progress, engines);
     }
 }
 

@@ -47,9 +47,9 @@ struct RefineProgress {
 /// Replaces, in float64, every distance on which what is to be decided rests and which its bound
 /// leaves open, until nothing is left open: then the selection and, unless it is decided alone, the
 /// count of disagreements are those of float64 (scan/select/undecided.h). Distances of a summary
-/// are float64 already, and stay as they are. Samples stay within `memory_bytes`
-/// (float64_distances.h). `engines` refine metrics without a twin (Engines::float64_distances);
-/// null where there are none.
+/// are float64 already, and stay as they are. Samples, with what is asked for at
+/// a time, stay within `memory_bytes` (float64_distances.h): however many are open, no bit changes.
+/// `engines` refine metrics without a twin (Engines::float64_distances); null where there are none.
 Refined refine(scan::Distances& distances, const engine::Database& database,
                const std::array<const engine::Metric*, 2>& metrics, std::uint32_t select,
                std::uint32_t per_material, std::uint64_t memory_bytes,

@@ -212,7 +212,7 @@ Ties count_ties(const Metric& metric, const Metric& other, const Places& other_p
 
 }  // namespace
 
-BoundedCount bound_disagreements(const Distances& distances, const Progress& progress) {
+BoundedCount bound_disagreements(const DistancesView& distances, const Progress& progress) {
     distances.validate();
     const Metric first = {distances.first, distances.first_bounds, distances.first_is_final};
     const Metric second = {distances.second, distances.second_bounds, distances.second_is_final};

@@ -22,10 +22,11 @@ struct BoundedCount {
 /// tie. Whatever the exact distances within the intervals, the number of their disagreements is
 /// between `least` and `greatest()`; where all are exact they are the same. O(P log P), whatever
 /// meets, and 32 bytes a pair. Throws std::invalid_argument for bad distances.
-BoundedCount bound_disagreements(const Distances& distances, const Progress& progress = {});
+BoundedCount bound_disagreements(const DistancesView& distances, const Progress& progress = {});
 
 /// Configurations whose sign the bounds cannot decide under at least one metric.
-inline std::uint64_t count_undecided(const Distances& distances, const Progress& progress = {}) {
+inline std::uint64_t count_undecided(const DistancesView& distances,
+                                     const Progress& progress = {}) {
     return bound_disagreements(distances, progress).undecided;
 }
 

@@ -81,7 +81,7 @@ std::uint64_t count_ties(const Range& sorted, Equal equal) {
 
 }  // namespace
 
-Counts count_by_streaming(const Distances& distances, const Progress& progress) {
+Counts count_by_streaming(const DistancesView& distances, const Progress& progress) {
     distances.validate();
     const std::size_t pairs = distances.pairs();
     const double* first = distances.first.data();
@@ -101,7 +101,7 @@ Counts count_by_streaming(const Distances& distances, const Progress& progress) 
     return classify(tally, distances.configurations());
 }
 
-Counts count_by_inversions(const Distances& distances, const Progress& progress) {
+Counts count_by_inversions(const DistancesView& distances, const Progress& progress) {
     distances.validate();
     std::vector<Point> points(distances.pairs());
     const auto filling = part_of(progress, 0, 0.05);
@@ -130,7 +130,7 @@ Counts count_by_inversions(const Distances& distances, const Progress& progress)
     return counts;
 }
 
-Census count_disagreements(const Distances& distances, const Progress& progress) {
+Census count_disagreements(const DistancesView& distances, const Progress& progress) {
     const bool stream = distances.configurations() <= max_streamed;
     const Counts counts = count_by_inversions(distances, part_of(progress, 0, stream ? 0.2 : 1.0));
     if (!stream) {

@@ -29,13 +29,13 @@ struct Counts {
 
 /// Looks at every configuration once: O(P^2) comparisons, vectorised, on the threads of the
 /// caller's arena. Throws std::invalid_argument for bad distances.
-Counts count_by_streaming(const Distances& distances, const Progress& progress = {});
+Counts count_by_streaming(const DistancesView& distances, const Progress& progress = {});
 
 /// The same numbers without looking at configurations: sorts by the first metric and counts the
 /// inversions of the second while merging (W. R. Knight, "A Computer Method for Calculating
 /// Kendall's Tau with Ungrouped Data", JASA 61, 1966). O(P log P), on the threads of the caller's
 /// arena; 24 bytes a pair. Throws std::invalid_argument for bad distances.
-Counts count_by_inversions(const Distances& distances, const Progress& progress = {});
+Counts count_by_inversions(const DistancesView& distances, const Progress& progress = {});
 
 /// Up to this many configurations (447 materials) are looked at one by one: one to two seconds on
 /// two cores.
@@ -50,6 +50,6 @@ struct Census {
 /// Counts by inversions always and by streaming where there are no more than `max_streamed`
 /// configurations. Throws std::logic_error when the two differ and std::invalid_argument for bad
 /// distances.
-Census count_disagreements(const Distances& distances, const Progress& progress = {});
+Census count_disagreements(const DistancesView& distances, const Progress& progress = {});
 
 }  // namespace merl::scan

@@ -45,6 +45,20 @@ Distances DistanceTable::distances(std::size_t first, std::size_t second) && {
             .second_is_final = b.is_final};
 }
 
+DistancesView DistanceTable::view(std::size_t first, std::size_t second) const {
+    const MetricColumn& a = metrics.at(first);
+    const MetricColumn& b = metrics.at(second);
+    return {.names = names,
+            .first_metric = a.metric,
+            .second_metric = b.metric,
+            .first = a.values,
+            .second = b.values,
+            .first_bounds = a.bounds,
+            .second_bounds = b.bounds,
+            .first_is_final = a.is_final,
+            .second_is_final = b.is_final};
+}
+
 DistanceTable parse_distance_table(std::string_view text, const std::string& file,
                                    std::span<const std::string> columns,
                                    const std::function<void(double share)>& progress) {

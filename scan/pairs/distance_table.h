@@ -33,6 +33,9 @@ struct DistanceTable {
 
     /// The same, of two different metrics, without a copy.
     Distances distances(std::size_t first, std::size_t second) &&;
+
+    /// The same, as long as this stays as it is.
+    DistancesView view(std::size_t first, std::size_t second) const;
 };
 
 /// Reads a table from CSV (csv_reader.h): that of parse_listed_distances (listed_distances.h), with

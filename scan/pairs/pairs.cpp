@@ -10,7 +10,7 @@
 namespace merl::scan {
 namespace {
 
-void validate_names(const std::vector<std::string>& names) {
+void validate_names(std::span<const std::string> names) {
     if (names.size() < 2 || names.size() > max_materials) {
         throw std::invalid_argument(
             fmt::format("{} materials: expected 2 to {}", names.size(), max_materials));
@@ -23,8 +23,8 @@ void validate_names(const std::vector<std::string>& names) {
     }
 }
 
-void validate_values(const std::vector<double>& values, const std::string& metric,
-                     const std::vector<std::string>& names) {
+void validate_values(std::span<const double> values, std::string_view metric,
+                     std::span<const std::string> names) {
     const std::uint64_t expected = pair_count(names.size());
     if (values.size() != expected) {
         throw std::invalid_argument(
@@ -42,7 +42,7 @@ void validate_values(const std::vector<double>& values, const std::string& metri
     }
 }
 
-void validate_bounds(const std::vector<double>& bounds, const std::string& metric,
+void validate_bounds(std::span<const double> bounds, std::string_view metric,
                      std::uint64_t expected) {
     if (!bounds.empty() && bounds.size() != expected) {
         throw std::invalid_argument(fmt::format("{} bounds under {}: expected none or {}",
@@ -68,7 +68,7 @@ Pair pair_at(std::uint32_t index, std::uint32_t materials) {
             static_cast<std::uint32_t>(materials - 1 - in_row)};
 }
 
-void Distances::validate() const {
+void DistancesView::validate() const {
     validate_names(names);
     validate_values(first, first_metric, names);
     validate_values(second, second_metric, names);

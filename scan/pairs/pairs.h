@@ -1,7 +1,9 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace merl::scan {
@@ -39,6 +41,27 @@ constexpr std::uint32_t pair_index(Pair pair, std::uint32_t materials) {
 /// index < pair_count(materials). O(1).
 Pair pair_at(std::uint32_t index, std::uint32_t materials);
 
+/// The distances of two metrics where somebody else holds them: as Distances has them. There may be
+/// fifty million pairs under a dozen metrics, of which every two are compared.
+struct DistancesView {
+    std::span<const std::string> names;
+    std::string_view first_metric;
+    std::string_view second_metric;
+    std::span<const double> first;
+    std::span<const double> second;
+    std::span<const double> first_bounds = {};
+    std::span<const double> second_bounds = {};
+    bool first_is_final = false;
+    bool second_is_final = false;
+
+    std::uint32_t materials() const { return static_cast<std::uint32_t>(names.size()); }
+    std::uint32_t pairs() const { return static_cast<std::uint32_t>(first.size()); }
+    std::uint64_t configurations() const { return configuration_count(first.size()); }
+
+    /// As Distances::validate().
+    void validate() const;
+};
+
 /// What the scan works on: the distance of every pair of materials under two metrics. Where the
 /// numbers come from does not matter.
 ///
@@ -69,7 +92,19 @@ struct Distances {
     /// 2 to max_materials names in strictly ascending order, one distance per pair in both metrics,
     /// every distance is finite and not negative, and bounds are none or one per pair, zero or
     /// more. O(P).
-    void validate() const;
+    void validate() const { DistancesView(*this).validate(); }
+
+    operator DistancesView() const {
+        return {.names = names,
+                .first_metric = first_metric,
+                .second_metric = second_metric,
+                .first = first,
+                .second = second,
+                .first_bounds = first_bounds,
+                .second_bounds = second_bounds,
+                .first_is_final = first_is_final,
+                .second_is_final = second_is_final};
+    }
 };
 
 }  // namespace merl::scan

@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cmath>
 #include <mutex>
+#include <numeric>
+#include <span>
 #include <stdexcept>
 
 #include "scan/io/csv.h"
@@ -16,20 +18,51 @@
 namespace merl::scan {
 namespace {
 
-bool all_finite(const std::vector<double>& bounds) {
+/// Up to so many pairs, comparisons are made beside each other. Of more each has threads enough for
+/// itself, and takes some 36 bytes a pair.
+constexpr std::uint64_t kMostBeside = 1U << 20U;
+
+bool all_finite(std::span<const double> bounds) {
     return std::ranges::all_of(bounds, [](double bound) { return std::isfinite(bound); });
 }
 
+/// The progress of several works of the same size that are done at once.
+class SharedProgress {
+  public:
+    SharedProgress(std::size_t works, const Progress& progress)
+        : shares_(works), progress_(progress) {}
+
+    /// That of one of them.
+    Progress of(std::size_t work) {
+        if (!progress_) {
+            return {};
+        }
+        return [this, work](double share) {
+            const std::scoped_lock lock(mutex_);
+            shares_[work] = std::max(shares_[work], share);
+            progress_(std::accumulate(shares_.begin(), shares_.end(), 0.0) /
+                      static_cast<double>(shares_.size()));
+        };
+    }
+
+  private:
+    std::mutex mutex_;
+    std::vector<double> shares_;
+    const Progress& progress_;
+};
+
 Comparison compare_two(const DistanceTable& table, std::size_t first, std::size_t second,
-                       std::uint32_t strongest, bool stream) {
-    const Distances distances = table.distances(first, second);
+                       std::uint32_t strongest, bool stream, const Progress& progress) {
+    const DistancesView distances = table.view(first, second);
     Comparison result = {first, second, {}, {}, {}, {}};
-    result.counts = stream ? count_disagreements(distances).counts : count_by_inversions(distances);
+    const auto counting = part_of(progress, 0, 0.3);
+    result.counts = stream ? count_disagreements(distances, counting).counts
+                           : count_by_inversions(distances, counting);
     result.tau_b = kendall_tau_b(result.counts);
     if (all_finite(distances.first_bounds) && all_finite(distances.second_bounds)) {
-        result.undecided = count_undecided(distances);
+        result.undecided = count_undecided(distances, part_of(progress, 0.3, 0.4));
     }
-    result.strongest = select_configurations(distances, strongest, 1);
+    result.strongest = select_configurations(distances, strongest, 1, part_of(progress, 0.7, 0.3));
     return result;
 }
 
@@ -58,17 +91,22 @@ ComparisonResult compare_metrics(const DistanceTable& table, std::uint32_t stron
     }
     const std::uint64_t configurations = configuration_count(table.pairs());
     result.streamed = comparisons.empty() || configurations <= max_streamed / comparisons.size();
-    std::mutex mutex;
-    std::size_t done = 0;
-    tbb::parallel_for(std::size_t{0}, comparisons.size(), [&](std::size_t i) {
+    SharedProgress shared(comparisons.size(), progress);
+    const auto compare = [&](std::size_t i) {
+        const auto of_this = shared.of(i);
         comparisons[i] = compare_two(table, comparisons[i].first, comparisons[i].second, strongest,
-                                     result.streamed);
-        const std::scoped_lock lock(mutex);
-        ++done;
-        if (progress) {
-            progress(static_cast<double>(done) / static_cast<double>(comparisons.size()));
+                                     result.streamed, of_this);
+        if (of_this) {
+            of_this(1);
         }
-    });
+    };
+    if (table.pairs() <= kMostBeside) {
+        tbb::parallel_for(std::size_t{0}, comparisons.size(), compare);
+    } else {
+        for (std::size_t i = 0; i < comparisons.size(); ++i) {
+            compare(i);
+        }
+    }
     return result;
 }
 

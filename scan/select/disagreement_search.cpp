@@ -10,9 +10,9 @@ namespace {
 /// The share of the work that making the tree is; how many boxes are opened is not known.
 constexpr double of_tree = 0.9;
 
-PairTree::PlaceOf places_of(const Distances& distances) {
+PairTree::PlaceOf places_of(const DistancesView& distances) {
     distances.validate();
-    return [&first = distances.first, &second = distances.second](std::uint32_t pair) {
+    return [first = distances.first, second = distances.second](std::uint32_t pair) {
         return PairPlace{first[pair], first[pair], second[pair], second[pair]};
     };
 }
@@ -24,7 +24,7 @@ bool DisagreementSearch::Candidate::operator>(const Candidate& other) const {
            std::tie(other.agreement, other.earlier, other.later);
 }
 
-DisagreementSearch::DisagreementSearch(const Distances& distances, Progress progress)
+DisagreementSearch::DisagreementSearch(const DistancesView& distances, Progress progress)
     : DisagreementSearch(distances.pairs(), places_of(distances), std::move(progress)) {}
 
 DisagreementSearch::DisagreementSearch(std::uint32_t pairs, PairTree::PlaceOf place_of,

@@ -27,10 +27,10 @@ namespace merl::scan {
 /// Memory: the tree, and 24 bytes for every two boxes opened but not done with.
 class DisagreementSearch {
   public:
-    /// Of distances as they are; their bounds do not matter. They must outlive the search. O(P log
-    /// P). `progress` follows the making of the tree, and is called while disagreements are looked
-    /// for, too. Throws std::invalid_argument for bad distances.
-    explicit DisagreementSearch(const Distances& distances, Progress progress = {});
+    /// Of distances as they are; their bounds do not matter. What holds them must outlive the
+    /// search. O(P log P). `progress` follows the making of the tree, and is called while
+    /// disagreements are looked for, too. Throws std::invalid_argument for bad distances.
+    explicit DisagreementSearch(const DistancesView& distances, Progress progress = {});
 
     /// Of distances anywhere within the places of their pairs. Ends of places must be finite and
     /// not negative.

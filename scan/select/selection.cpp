@@ -5,8 +5,8 @@
 
 namespace merl::scan {
 
-std::vector<Configuration> select_configurations(const Distances& distances, std::uint32_t select,
-                                                 std::uint32_t per_material,
+std::vector<Configuration> select_configurations(const DistancesView& distances,
+                                                 std::uint32_t select, std::uint32_t per_material,
                                                  const Progress& progress) {
     DisagreementSearch search(distances, progress);
     Participation participation(distances.materials(), per_material);

@@ -16,8 +16,8 @@ namespace merl::scan {
 ///
 /// Searches best-first and lists no other disagreements: O(P log P) and little more. Throws
 /// std::invalid_argument for bad distances.
-std::vector<Configuration> select_configurations(const Distances& distances, std::uint32_t select,
-                                                 std::uint32_t per_material,
+std::vector<Configuration> select_configurations(const DistancesView& distances,
+                                                 std::uint32_t select, std::uint32_t per_material,
                                                  const Progress& progress = {});
 
 }  // namespace merl::scan

@@ -619,6 +619,17 @@ class SameNumbers(ScanCase):
             self.assertLessEqual(use["peak_bytes"], summary["options"]["memory_bytes"])
         self.assertGreaterEqual(len(slabs), 3, slabs)
 
+    def test_refining_in_pieces(self):
+        """A quarter of the memory is for what is asked for at a time: no bit depends on how much that is."""
+        found = []
+        for memory in "1M", "1G":
+            out = self.scan("--database", "blends:300", "--grid", "6x6x12", "--device", "host", "--memory", memory,
+                            "--disagreements", 0, out=memory)
+            refined = sum(read_json(out / "summary.json")["refined_distances"].values())
+            self.assertGreater(refined, 3 * 2**18 // 80)  # three pieces of 1M
+            found.append((refined, [(out / name).read_bytes() for name in ("pairs.csv", "selection.csv")]))
+        self.assertEqual(found[0], found[1])
+
     def test_content_hash(self):
         def content_hash(directory):
             results = self.scan("--database", directory, "--force", out="again")

@@ -3,6 +3,7 @@
 import ast
 import json
 import os
+import re
 import shutil
 import signal
 import struct
@@ -123,7 +124,8 @@ class Tiles(Case):
         times = {path: path.stat().st_mtime_ns for path in (self.work / "work").iterdir()}
         for name in "tile-00003.npy", "tile-00007.json":
             (self.work / "work" / name).unlink()
-        (self.work / "work" / ".tile-00001.npy.partial-elsewhere-7").write_text("half")
+        for name in "tile-00001.npy", "tile-00003.json", "manifest.json":
+            (self.work / "work" / f".{name}.partial-elsewhere-7-1").write_text("half")
         self.assertRegex(self.distances(), r"(?m)^tiles +8 of 10 are there, 2 to compute$")
         self.assertEqual(self.tiles(), whole)
         for path, time_ns in times.items():
@@ -182,12 +184,15 @@ class Tiles(Case):
 
         refuse(["database/name", '"db"', '"db2"'], "--database", "db2", "--metrics", METRICS, "--tile", 6)
         refuse(["database"], "--database", "other", "--metrics", METRICS, "--tile", 6)
-        refuse(["database/materials", "20", "19"], "--database", "db", "--metrics", METRICS, "--tile", 6, "--exclude",
-               "m19")
+        refuse(["database/materials has 20 there and 19 here"], "--database", "db", "--metrics", METRICS, "--tile", 6,
+               "--exclude", "m19")
+        # Not the number of tiles, which follows from that of materials.
+        refuse(["database/materials has 20 there and 10 here"], "--database", "db", "--metrics", METRICS, "--tile", 6,
+               "--exclude", "m1*")
         refuse(["database/grid", "phi_d_range"], "--database", "db", "--metrics", METRICS, "--tile", 6,
                "--phi-d-range", "2pi")
-        refuse(["metrics/3"], "--database", "db", "--metrics", "cwcbrt,pawcielab,rmse", "--tile", 6)
-        refuse(["metrics/2", "pawcielab:white=80"], "--database", "db", "--metrics",
+        refuse(["metrics[2]/name"], "--database", "db", "--metrics", "cwcbrt,pawcielab,rmse", "--tile", 6)
+        refuse(["metrics[1]", "pawcielab:white=80"], "--database", "db", "--metrics",
                "cwcbrt,pawcielab:white=80,paw-ciede2000", "--tile", 6)
         refuse(["metrics has 3 there and 2 here"], "--database", "db", "--metrics", "cwcbrt,pawcielab", "--tile", 6)
         refuse(["tiles/side", "6", "7"], "--database", "db", "--metrics", METRICS, "--tile", 7)
@@ -197,7 +202,7 @@ class Tiles(Case):
         manifest.write_text(text.replace('"version": "', '"version": "9.'))
         self.refuse(INPUT, ["program/version"])
         manifest.write_text(text.replace('"engine": "host"', '"engine": "vulkan"'))
-        self.refuse(INPUT, ["engines/1/engine", "vulkan", "host"])
+        self.refuse(INPUT, ["engines[0]/engine", "vulkan", "host"])
 
     def test_what_is_in_the_way(self):
         (self.work / "file").write_text("mine")
@@ -206,15 +211,27 @@ class Tiles(Case):
         (self.work / "mine" / "letter.txt").write_text("mine")
         self.refuse(OUTPUT, ["mine", "letter.txt", "manifest.json"], out="mine")
         self.assert_refused(INPUT, ["mine", "manifest.json"], "scan", "--distances", "mine", "--out", "none")
+        self.distances()
         self.drop_privileges()
         (self.work / "locked").mkdir()
         self.refuse(OUTPUT, ["locked"], out="locked/work")
+        # What is complete needs no writing.
+        folder = self.work / "work"
+        folder.chmod(0o555)
+        self.addCleanup(folder.chmod, 0o755)
+        self.assertRegex(self.distances(), r"(?m)^results +work: merl-scan scan")
+        folder.chmod(0o755)
+        (folder / "tile-00003.npy").unlink()
+        folder.chmod(0o555)
+        self.refuse(OUTPUT, ["work/tile-00003", "Permission denied"], "--quiet")
 
     def test_options(self):
         for part in "0/3", "4/3", "3", "/", "1/0", "-1/3", "1/3/5", "a/b", "":
             self.refuse(USAGE, ["--part"], "--part", part)
         for side in "0", "-1", "x", "65537":
             self.assert_refused(USAGE, ["--tile"], "distances", "--out", "work", "--tile", side)
+        self.assert_refused(USAGE, ["--tile 1", "2001000 tiles", "1000000"], "distances", "--database", "blends:2000",
+                            "--grid", "6x6x12", "--device", "host", "--out", "work", "--tile", 1)
         self.assert_refused(USAGE, ["--out"], "distances", "--database", "db")
         self.refuse(USAGE, ["--out"], out="")
         write_database(self.work / "one", 1)
@@ -257,15 +274,12 @@ class Tiles(Case):
         array.write_bytes(content)
         for bad in "", "{", "[]", "{}", said.replace('"first": 6', '"first": 7'), \
                 said.replace('"count": 6', '"count": -6'), said.replace("plane_hashes", "planes"), \
-                said.replace('"plane_hashes": "', '"plane_hashes": "0'), said.replace('"m07"', "7"):
+                said.replace('"plane_hashes": "', '"plane_hashes": "0'), said.replace('"m07"', "7"), \
+                said.replace('"m07"', '"m08"'), re.sub(r'(samples_above_horizon": \d+)', r"\g<1>1", said, count=1):
             with self.subTest(record=bad[:50]):
+                self.assertNotEqual(bad, said)
                 record.write_text(bad)
-                if json.dumps(bad) != json.dumps(said):
-                    result = self.run_program("scan", "--distances", "work", "--out", "none")
-                    if '"m07"' in bad or not bad:  # names are not looked at
-                        self.assertEqual(result.returncode, INPUT, bad)
-                        self.assertIn("tile-00004.json", self.only_line(result.stderr))
-                shutil.rmtree(self.work / "none", ignore_errors=True)
+                scan_refuses(["1 of 10 tiles are missing", "tile-00004.npy", "tile-00004.json"])
         record.write_text("{")
         self.assertIn("9 of 10 are there", self.distances())
         self.assertEqual(self.tiles(), whole)
@@ -296,6 +310,10 @@ class Tiles(Case):
             refuse(lambda m, n=number: m["database"]["grid"].update(theta_d=n), "theta_d", "whole number")
             refuse(lambda m, n=number: m["database"].update(
                 databases=[{"label": "x", "name": "x", "kind": "x", "path": "x", "materials": n}]), "materials")
+        refuse(lambda m: m["tiles"].update(count=11), "count", "found 11; expected 10")
+        refuse(lambda m: (m["tiles"].update(side=1),
+                          m["database"].update(materials=[f"m{i:05}" for i in range(65536)])),
+               "2147516416 tiles", "1000000")
         refuse(lambda m: m.pop("metrics"), "metrics")
         refuse(lambda m: m.update(metrics=[]), "metrics")
         refuse(lambda m: m["metrics"][1].update(name="cwcbrt"), "twice")
@@ -405,6 +423,15 @@ class Tiles(Case):
         self.assertFalse([path for path in there if ".partial" in path.name])
         for path, content in there.items():
             self.assertEqual(content, (self.work / "work" / path).read_bytes())
+
+    def test_a_folder_that_vanishes(self):
+        with Running(self, "distances", "--out", "work", "--grid", "45x45x90", "--metrics", "cwcbrt,pawcielab",
+                     "--device", "host", stdout=subprocess.DEVNULL) as running:
+            running.wait_for(lambda: list((self.work / "work").glob("*.npy")))
+            (self.work / "work").rename(self.work / "gone")
+            errors = running.process.communicate(timeout=120)[1]
+        self.assertEqual(running.process.returncode, OUTPUT)
+        self.assertRegex(self.only_line(errors), r"work/tile-\d+\.(json|npy): cannot be .*: No such file or directory")
 
     def test_a_signal(self):
         """It ends soon, says so, and costs the tile under way."""
