@@ -1,8 +1,6 @@
 #include "engine/distance/float64_distances.h"
 
-#include <tbb/enumerable_thread_specific.h>
 #include <tbb/parallel_for.h>
-#include <tbb/task_arena.h>
 
 #include <algorithm>
 #include <array>
@@ -24,10 +22,11 @@ namespace {
 /// second-level cache.
 constexpr std::uint32_t kTileSide = 16;
 
-/// Bytes of transformed samples that are made at a time, so that they come from a cache.
-constexpr std::uint64_t kSlabBytes = 32ULL << 20U;
+/// Bytes of samples that are read at a time: ranges of files that are long enough to be read
+/// quickly.
+constexpr std::uint64_t kSlabBytes = 64ULL << 20U;
 
-/// Pairs times blocks between two calls of `progress`: some tenths of a second.
+/// Pairs of a block between two calls of `progress`: some tenths of a second.
 constexpr std::uint64_t kPairsAtATime = 1ULL << 18U;
 
 /// A sum of this or more has all its digits, whatever its terms lost below 2^-1022.
@@ -71,9 +70,9 @@ struct Part {
     std::vector<PairSum> sums = {};             // tile after tile
     std::vector<std::size_t> tiles = {};        // where in it each begins, and the end
 
-    // Of the slab that is summed.
-    std::vector<BlockWeights> weights = {};  // [block]
-    std::vector<BlockSamples> grid = {};     // [block][material], transformed
+    // Of the block that is summed.
+    BlockWeights weights = {};
+    std::vector<BlockSamples> grid = {};  // [material], transformed
 };
 
 /// What is computed in one reading of some materials.
@@ -81,26 +80,32 @@ struct Pass {
     std::vector<std::uint32_t> materials;  // of the database
     std::vector<Part> parts;
     std::size_t pairs = 0;          // of all parts
-    std::uint64_t slab_blocks = 1;  // that are read and transformed at a time
+    std::uint64_t slab_blocks = 1;  // that are read at a time
 };
 
 /// What bounds a pass.
 struct Budget {
     std::uint64_t memory_bytes;
-    std::uint64_t threads;
     std::uint64_t metrics;
 
-    /// What a block of so many materials takes.
-    std::uint64_t block_bytes(std::uint64_t materials) const {
-        return metrics * (materials * sizeof(BlockSamples) + sizeof(BlockWeights)) +
-               threads * sizeof(BlockSamples) + kBlockVoxels * (sizeof(Voxel) + sizeof(VoxelRun));
+    /// What a block takes that is read of so many materials.
+    static std::uint64_t read_bytes(std::uint64_t materials) {
+        return materials * sizeof(BlockSamples) + kBlockVoxels * (sizeof(Voxel) + sizeof(VoxelRun));
     }
 
-    bool has_room(std::uint64_t materials) const { return block_bytes(materials) <= memory_bytes; }
+    /// What the one block takes that is transformed.
+    std::uint64_t transformed_bytes(std::uint64_t materials) const {
+        return metrics * (materials * sizeof(BlockSamples) + sizeof(BlockWeights));
+    }
+
+    bool has_room(std::uint64_t materials) const {
+        return read_bytes(materials) + transformed_bytes(materials) <= memory_bytes;
+    }
 
     std::uint64_t slab_blocks(std::uint64_t materials) const {
-        return std::max<std::uint64_t>(1,
-                                       std::min(memory_bytes, kSlabBytes) / block_bytes(materials));
+        const auto transformed = std::min(memory_bytes, transformed_bytes(materials));
+        return std::max<std::uint64_t>(
+            1, std::min(memory_bytes - transformed, kSlabBytes) / read_bytes(materials));
     }
 };
 
@@ -185,35 +190,38 @@ void scale_weighted(BlockSamples& samples, const BlockWeights& weights, double s
     }
 }
 
-/// Reads and transforms the materials of a pass: each once, for all parts.
-void make_grids(const Database& database, const Slab& slab, Pass& pass) {
-    for (auto& part : pass.parts) {
-        part.weights.resize(slab.blocks());
-        part.grid.resize(slab.blocks() * part.materials.size());
-        for (std::uint64_t block = 0; block < slab.blocks(); ++block) {
-            weigh_block(*part.metric, slab, block, part.weights[block]);
-        }
-    }
+/// Reads the materials of a pass, each once for all parts: [material][block].
+void read_slab(const Database& database, const Slab& slab, const Pass& pass,
+               std::vector<BlockSamples>& samples) {
+    const std::size_t materials = pass.materials.size();
+    samples.resize(slab.blocks() * materials);
     const VoxelRange file = {slab.runs.front().file_index,
                              slab.runs.back().file_index + slab.runs.back().length};
-    tbb::enumerable_thread_specific<std::vector<BlockSamples>> read;
+    tbb::parallel_for(std::size_t{0}, materials, [&](std::size_t m) {
+        read_blocks(database, pass.materials[m], file, slab.runs,
+                    std::span(samples).subspan(m * slab.blocks(), slab.blocks()));
+    });
+}
+
+/// Weighs and transforms one block for all parts: a block of all materials stays in a cache until
+/// its pairs are summed.
+void transform_block(const Slab& slab, std::uint64_t block, std::span<const BlockSamples> samples,
+                     Pass& pass) {
+    for (auto& part : pass.parts) {
+        weigh_block(*part.metric, slab, block, part.weights);
+        part.grid.resize(part.materials.size());
+    }
     tbb::parallel_for(std::size_t{0}, pass.materials.size(), [&](std::size_t m) {
-        auto& samples = read.local();
-        samples.resize(slab.blocks());
-        read_blocks(database, pass.materials[m], file, slab.runs, samples);
         for (auto& part : pass.parts) {
             const auto found = std::ranges::lower_bound(part.materials, pass.materials[m]);
             if (found == part.materials.end() || *found != pass.materials[m]) {
                 continue;
             }
-            const auto material = static_cast<std::size_t>(found - part.materials.begin());
-            for (std::uint64_t block = 0; block < slab.blocks(); ++block) {
-                auto& transformed = part.grid[block * part.materials.size() + material];
-                part.metric->twin.transform(part.metric->parameters, slab.voxels_of_block(block),
-                                            samples[block], transformed);
-                if (part.scale != 1) {
-                    scale_weighted(transformed, part.weights[block], part.scale);
-                }
+            auto& transformed = part.grid[static_cast<std::size_t>(found - part.materials.begin())];
+            part.metric->twin.transform(part.metric->parameters, slab.voxels_of_block(block),
+                                        samples[m * slab.blocks() + block], transformed);
+            if (part.scale != 1) {
+                scale_weighted(transformed, part.weights, part.scale);
             }
         }
     });
@@ -221,8 +229,7 @@ void make_grids(const Database& database, const Slab& slab, Pass& pass) {
 
 /// Adds one channel of a block to the sums of a tile: of each row the columns that are asked for,
 /// some at a time.
-void add_channel(const Part& part, std::size_t channel, const BlockSamples* grid,
-                 const BlockWeights& weights, std::span<PairSum> tile) {
+void add_channel(const Part& part, std::size_t channel, std::span<PairSum> tile) {
     std::array<const ChannelSamples*, kFloat64Columns> columns = {};
     std::array<double, kFloat64Columns> sums = {};
     for (std::size_t first = 0; first < tile.size();) {
@@ -231,10 +238,10 @@ void add_channel(const Part& part, std::size_t channel, const BlockSamples* grid
         for (; count < columns.size() && first + count < tile.size() &&
                tile[first + count].row == row;
              ++count) {
-            columns[count] = &grid[tile[first + count].column][channel];
+            columns[count] = &part.grid[tile[first + count].column][channel];
         }
-        sum_float64_differences(part.metric->header.degree, grid[row][channel],
-                                std::span(columns).first(count), weights, sums);
+        sum_float64_differences(part.metric->header.degree, part.grid[row][channel],
+                                std::span(columns).first(count), part.weights, sums);
         for (std::size_t i = 0; i < count; ++i) {
             tile[first + i].sum.add(sums[i]);
         }
@@ -242,23 +249,19 @@ void add_channel(const Part& part, std::size_t channel, const BlockSamples* grid
     }
 }
 
-/// Adds all blocks of the slab to the sums of a tile, in their order.
+/// Adds the block to the sums of a tile.
 void add_tile(Part& part, std::size_t tile) {
     const auto sums =
         std::span(part.sums).subspan(part.tiles[tile], part.tiles[tile + 1] - part.tiles[tile]);
-    for (std::size_t block = 0; block < part.weights.size(); ++block) {
-        const auto* const grid = &part.grid[block * part.materials.size()];
-        const auto& weights = part.weights[block];
-        if (part.metric->header.degree > 0) {
-            for (std::size_t channel = 0; channel < 3; ++channel) {
-                add_channel(part, channel, grid, weights, sums);
-            }
-            continue;
+    if (part.metric->header.degree > 0) {
+        for (std::size_t channel = 0; channel < 3; ++channel) {
+            add_channel(part, channel, sums);
         }
-        for (auto& pair : sums) {
-            pair.sum.add(part.metric->twin.sum(part.metric->parameters, grid[pair.row],
-                                               grid[pair.column], weights));
-        }
+        return;
+    }
+    for (auto& pair : sums) {
+        pair.sum.add(part.metric->twin.sum(part.metric->parameters, part.grid[pair.row],
+                                           part.grid[pair.column], part.weights));
     }
 }
 
@@ -270,19 +273,23 @@ void sum_pass(const Database& database, const Domain& domain, const VoxelList& l
     const double all =
         static_cast<double>(pass.pairs) * static_cast<double>(block_count(list.size()));
     double done = 0;
+    std::vector<BlockSamples> samples;
     for (std::uint64_t first = 0; first < list.size(); first += slab_voxels) {
         const Slab slab(domain, list, first, std::min(first + slab_voxels, list.size()));
-        make_grids(database, slab, pass);
-        for (auto& part : pass.parts) {
-            for (std::size_t tile = 0; tile + 1 < part.tiles.size();) {
-                const std::size_t begin = tile;
-                std::uint64_t work = 0;
-                for (; tile + 1 < part.tiles.size() && work < kPairsAtATime; ++tile) {
-                    work += slab.blocks() * (part.tiles[tile + 1] - part.tiles[tile]);
+        read_slab(database, slab, pass, samples);
+        for (std::uint64_t block = 0; block < slab.blocks(); ++block) {
+            transform_block(slab, block, samples, pass);
+            for (auto& part : pass.parts) {
+                for (std::size_t tile = 0; tile + 1 < part.tiles.size();) {
+                    const std::size_t begin = tile;
+                    std::size_t pairs = 0;
+                    for (; tile + 1 < part.tiles.size() && pairs < kPairsAtATime; ++tile) {
+                        pairs += part.tiles[tile + 1] - part.tiles[tile];
+                    }
+                    tbb::parallel_for(begin, tile, [&](std::size_t t) { add_tile(part, t); });
+                    done += static_cast<double>(pairs);
+                    progress(done / all);
                 }
-                tbb::parallel_for(begin, tile, [&](std::size_t t) { add_tile(part, t); });
-                done += static_cast<double>(work);
-                progress(done / all);
             }
         }
     }
@@ -347,10 +354,8 @@ std::vector<std::vector<double>> float64_distances(const Database& database,
     }
     const std::size_t pair_count = pairs.size();
     const auto materials = materials_of(pairs, std::identity());
-    const Budget budget = {
-        .memory_bytes = memory_bytes - database.keep(memory_bytes / 2),
-        .threads = static_cast<std::uint64_t>(tbb::this_task_arena::max_concurrency()),
-        .metrics = metrics};
+    const Budget budget = {.memory_bytes = memory_bytes - database.keep(memory_bytes / 2),
+                           .metrics = metrics};
     const std::size_t size = group_size(materials.size(), budget);
     const auto group = [&](std::size_t first) {
         return std::span(materials).subspan(first, std::min(size, materials.size() - first));

@@ -17,6 +17,10 @@ namespace {
 /// materials have copies: a thousand copied pairs make a million configurations of one agreement.
 constexpr std::size_t most_compared = 1U << 18U;
 
+/// Where the signs alone make one in so many pairs wanted, the selection is looked for when these
+/// are exact: the search takes about as long as refining so many.
+constexpr std::uint64_t kShareToWaitFor = 8;
+
 /// The distances under one metric, and how far off they may be.
 struct Column {
     std::span<const double> values;
@@ -253,6 +257,13 @@ Refinement to_refine(const Distances& distances, std::uint32_t select, std::uint
     if (decided == Decided::count_and_selection) {
         first_meeting = find_meeting(first, part_of(progress, 0, 0.25));
         second_meeting = find_meeting(second, part_of(progress, 0.25, 0.25));
+    }
+    const auto open = [](const std::vector<bool>& meeting) {
+        return static_cast<std::uint64_t>(std::ranges::count(meeting, true));
+    };
+    if ((open(first_meeting) + open(second_meeting)) * kShareToWaitFor >= distances.pairs()) {
+        const std::vector<bool> none(distances.pairs());
+        return {inexact(first, first_meeting, none), inexact(second, second_meeting, none)};
     }
     const auto selected =
         SelectionDoubts(distances, first, second, find_unknown(first, second, decided))

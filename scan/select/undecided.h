@@ -38,6 +38,9 @@ enum class Decided {
 /// - both distances of every pair of the selection, and of the configurations that could, within
 ///   the bounds, be disagreements and come before one of the selected.
 ///
+/// Where much is wanted for the signs, that is all at first: the selection is looked for with less
+/// doubt when it is asked anew.
+///
 /// Exact distances (bound 0) are never asked for again, and final ones not at all. After they are
 /// replaced the question is to be asked anew, for the selection may have changed; nothing is open
 /// any more after few rounds. Throws std::invalid_argument for bad distances. O(P log P) and the

@@ -27,18 +27,22 @@ MERL_SCAN_WIDEST_VECTORS void copy_without_negative(const double* from, double* 
     }
 }
 
-/// Copies `length` numbers of each plane to a position in the blocks.
-void copy_to_blocks(std::span<const double* const, 3> planes, std::uint64_t length,
-                    std::uint64_t position, std::span<BlockSamples> blocks) {
+/// Copies `length` numbers of each plane to a position in the blocks. How many voxels have a
+/// negative one.
+std::uint64_t copy_to_blocks(const std::array<const double*, 3>& planes, std::uint64_t length,
+                             std::uint64_t position, std::span<BlockSamples> blocks) {
+    std::uint64_t negative = 0;
     for (std::uint64_t done = 0; done < length;) {
         const std::uint64_t at = (position + done) % kBlockVoxels;
         const std::uint64_t size = std::min(length - done, kBlockVoxels - at);
         auto& block = blocks[(position + done) / kBlockVoxels];
+        negative += count_negative(planes[0] + done, planes[1] + done, planes[2] + done, size);
         for (std::size_t plane = 0; plane < planes.size(); ++plane) {
             copy_without_negative(planes[plane] + done, block[plane].data() + at, size);
         }
         done += size;
     }
+    return negative;
 }
 
 /// Marks what is negative among `length` numbers of each plane.
@@ -83,7 +87,11 @@ MaterialCounts read_blocks(const Database& database, std::size_t material, Voxel
         const double* const red = samples.data();
         const double* const green = red + part.size();
         const double* const blue = green + part.size();
-        counts.negative += count_negative(red, green, blue, part.size());
+        std::uint64_t seen = 0;  // of the part
+        const auto skip_to = [&](std::uint64_t to) {
+            counts.negative += count_negative(red + seen, green + seen, blue + seen, to - seen);
+            seen = to;
+        };
         if (check != nullptr) {
             check->add_range(part, samples);
         }
@@ -91,25 +99,26 @@ MaterialCounts read_blocks(const Database& database, std::size_t material, Voxel
             const std::uint64_t from = run->file_index + done_of_run - part.first;
             const std::uint64_t length = std::min(run->length - done_of_run, part.size() - from);
             const std::uint64_t position = run->position - runs.front().position + done_of_run;
-            const std::uint64_t negative =
-                count_negative(red + from, green + from, blue + from, length);
+            skip_to(from);
+            const std::array planes = {red + from, green + from, blue + from};
+            const std::uint64_t negative = copy_to_blocks(planes, length, position, blocks);
+            seen += length;
+            counts.negative += negative;
             counts.negative_above_horizon += negative;
             if (gaps != nullptr && negative > 0) {
                 gaps->resize(blocks.size());
-                mark_negative(std::array{red + from, green + from, blue + from}, length, position,
-                              *gaps);
+                mark_negative(planes, length, position, *gaps);
             }
             if (check != nullptr) {
-                check->add_above_horizon({red + from, green + from, blue + from}, length);
+                check->add_above_horizon(planes, length);
             }
-            copy_to_blocks(std::array{red + from, green + from, blue + from}, length, position,
-                           blocks);
             done_of_run += length;
             if (done_of_run == run->length) {
                 ++run;
                 done_of_run = 0;
             }
         }
+        skip_to(part.size());
     }
     if (!runs.empty()) {
         fill_up(runs.back().position + runs.back().length - runs.front().position, blocks);
