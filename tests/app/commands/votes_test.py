@@ -3,8 +3,11 @@
 import base64
 import itertools
 import json
+import math
 import os
 import random
+import re
+import statistics
 import struct
 import zlib
 
@@ -14,8 +17,8 @@ from reference_selection import write_reference_selection
 from support import INPUT, USAGE, Case, read_csv, read_json
 from tables import COLUMNS, write_rows, write_table
 
-FILES = ["configurations.csv", "judgements.csv", "judges.csv", "summary.json", "survey.csv",
-         "votes.html"]
+FILES = ["configurations.csv", "judgements.csv", "judgements_kept.csv", "judges.csv", "summary.json",
+         "survey.csv", "votes.html"]
 
 # The votes of the thesis: 85 configurations with 3,3,3,3,3 and so on.
 THESIS = ["33333"] * 85 + ["33332"] * 13 + ["33322", "33331"]
@@ -179,6 +182,216 @@ class Votes(Case):
         other = read_json(self.work / "again" / "summary.json")["figures"]
         self.assertEqual(other["selection"]["lead"], figures["selection"]["lead"])
         self.assertNotEqual(other["krippendorff_alpha"], figures["krippendorff_alpha"])
+
+    def careless(self, file):
+        """Makes the votes of a file those of a judge who pressed one key after a tenth of a second."""
+        header, rows = read_csv(self.work / file)
+        for row in rows:
+            row[9], row[10] = "1", "100"
+        write_rows(self.work / file, header, rows)
+
+    def plain_figures(self, files):
+        """By judge: failed and answered sentinels, repeats alike and answered, median seconds, answers
+        by key; and the un-randomised votes by configuration."""
+        kit = read_json(self.work / "kit.json")
+        expected = {t["configuration"]: t["expected"] for t in kit["trials"] if "expected" in t}
+        judges, votes = [], []
+        for file in files:
+            sides, repeats, failed, times, keys = {}, {}, 0, [], [0, 0, 0]
+            for row in (dict(zip(COLUMNS, row)) for row in read_csv(self.work / file)[1]):
+                if not row["vote"]:
+                    continue
+                key, number = int(row["vote"]), int(row["configuration"])
+                side = 4 - key if row["swapped"] == "1" else key
+                keys[key - 1] += 1
+                times.append(float(row["response_ms"]) / 1000)
+                if row["kind"] == "sentinel":
+                    failed += side != expected[number]
+                (repeats if row["kind"] == "repeat" else sides)[number] = side
+            alike = sum(sides[number] == side for number, side in repeats.items())
+            judges.append({"failed": failed, "sentinels": len(expected), "alike": alike,
+                           "repeats": len(repeats), "seconds": statistics.median(times), "keys": keys})
+            votes.append(sides)
+        return judges, votes
+
+    def test_careless_judges_are_named_and_left_out(self):
+        files, rows = self.experiment()
+        self.careless(files[4])
+        judges, votes = self.plain_figures(files)
+        arguments = ("votes", *files, "--selection", self.selection, "--kit", "kit.json")
+        rules = {"sentinels_failed": 3, "repeats_below": 0.3, "median_time_below": 0.5,
+                 "same_key_above": 0.9}
+        def falls(judge):
+            tests = {"sentinels_failed": judge["failed"] >= 3,
+                     "repeats_below": judge["alike"] / judge["repeats"] < 0.3,
+                     "median_time_below": judge["seconds"] < 0.5,
+                     "same_key_above": max(judge["keys"]) / sum(judge["keys"]) > 0.9}
+            return [rule for rule, holds in tests.items() if holds]
+        expected = [falls(judge) for judge in judges]
+        self.assertGreaterEqual(len(expected[4]), 2)
+        kept = [file for file, reasons in zip(files, expected) if not reasons]
+        self.assertLess(len(kept), len(files))
+        # Nothing is left out unasked, but it is said what looks wrong, and how it would come by lot.
+        output = self.assert_success(*arguments, "--out", "plain")
+        plain = read_json(self.work / "plain" / "summary.json")
+        self.assertIsNone(plain["exclusion"])
+        self.assertEqual((self.work / "plain" / "judgements_kept.csv").read_bytes(),
+                         (self.work / "plain" / "judgements.csv").read_bytes())
+        careless = judges[4]
+        passed = careless["sentinels"] - careless["failed"]
+        right = sum(math.comb(10, k) for k in range(passed, 11)) / 2 ** 10
+        for words in (f"failed {careless['failed']} of 10 sentinels: answers by lot fail as few with "
+                      f"p {right:.2g}",
+                      "answered left 75 of 75 times: by lot p 5.3e-23",
+                      "has a median response of 0.1 s, in which both materials of a side cannot"):
+            self.assertRegex(output, rf"(?m)^(looks wrong|) +judge 4 {re.escape(words)}")
+        # Every figure without them is that of a run without their files.
+        options = [f"--exclude={rule}={value}" for rule, value in rules.items()]
+        output = self.assert_success(*arguments, *options, "--out", "out")
+        self.assert_success("votes", *kept, "--selection", self.selection, "--kit", "kit.json",
+                            "--out", "kept")
+        summary = read_json(self.work / "out" / "summary.json")
+        self.assertEqual(summary["figures"], plain["figures"])
+        alone = read_json(self.work / "kept" / "summary.json")["figures"]
+        self.assertEqual(summary["exclusion"]["figures"], alone)
+        self.assertEqual(summary["exclusion"]["rules"],
+                         [{"rule": rule, "value": value, "from": "--exclude"} for rule, value in rules.items()])
+        self.assertEqual([[j["judge"], [r["rule"] for r in j["rules"]]] for j in summary["exclusion"]["judges"]],
+                         [[f"judge {i}", reasons] for i, reasons in enumerate(expected) if reasons])
+        self.assertEqual((self.work / "out" / "judgements_kept.csv").read_bytes(),
+                         (self.work / "kept" / "judgements.csv").read_bytes())
+        self.assertIn(f"excluded        {len(files) - len(kept)} of 12 judges, by sentinels_failed=3, ", output)
+        self.assertRegex(output, r"(?m)^ +judge 4: 85 of 85 answers with one key, left \(same_key_above\)$")
+        self.assertEqual(output.count("Krippendorff's alpha"), 2)
+        header, table = read_csv(self.work / "out" / "judges.csv")
+        self.assertEqual([dict(zip(header, row))["excluded_by"].split() for row in table], expected)
+        header, table = read_csv(self.work / "out" / "configurations.csv")
+        for row in (dict(zip(header, row)) for row in table):
+            mine = [sides[int(row["configuration"])] for sides, reasons in zip(votes, expected) if not reasons]
+            self.assertEqual([int(row[f"kept_votes_{side}"]) for side in ("one", "equal", "two")],
+                             [mine.count(side) for side in (1, 2, 3)])
+            ways = [1]  # by lot, to each sum
+            for _ in mine:
+                ways = [sum(ways[max(0, s - 2):s + 1]) for s in range(len(ways) + 2)]
+            chance = sum(ways[sum(mine) - len(mine):]) / 3 ** len(mine)
+            self.assertAlmostEqual(float(row["kept_p_two"]), chance, delta=1e-12)
+        table = self.assert_success(*arguments, *options, "--thesis")
+        self.assertIn(f"without {len(files) - len(kept)} of 12 judges, by sentinels_failed=3", table)
+        self.assertEqual(table.count("of 60 configurations favour two"), 2)
+        # The votes that were kept are of the same selection.
+        result = self.run_program("score", "--judgements", "out/judgements_kept.csv", "--distances",
+                                  "t.csv", "--out", "score")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertEqual(read_json(self.work / "score" / "summary.json")["judgements"]["selected_by"],
+                         ["one", "two"])
+        self.assert_exclusion_page(self.work / "out" / "votes.html", summary)
+        self.assert_rules_of_kit(arguments, kept, alone)
+
+    def assert_exclusion_page(self, page, summary):
+        """votes.html shows the figures of everybody, and those of the others at a click."""
+        if CHROMIUM is None:
+            raise AssertionError("there is no chromium; scripts/setup.sh installs it")
+        lost = len(summary["exclusion"]["judges"])
+        with Browser() as browser:
+            for width in 1200, 390:
+                browser.open(page, width=width)
+                self.assertEqual(browser.complaints(), [])
+                self.assertLessEqual(browser.run("document.documentElement.scrollWidth"), width)
+                self.assertIn(f"{lost} judge{'s fall' if lost > 1 else ' falls'} under one.",
+                              browser.text("#rules"))
+                self.assertIn("answered left 75 of 75 times", browser.text("#doubts"))
+                for value, figures in (("all", summary["figures"]), ("kept", summary["exclusion"]["figures"])):
+                    button = f"#counted input[value={value}]"
+                    browser.run(f"document.querySelector('{button}').scrollIntoView({{block: 'center'}})")
+                    browser.click(button)
+                    shares = browser.run("[...document.querySelectorAll('#shares td:last-child')]"
+                                         ".map(cell => Number(cell.textContent))")
+                    self.assertEqual(shares, figures["selection"]["votes"])
+                    self.assertEqual(browser.run("document.querySelectorAll('#judges tbody tr').length"),
+                                     len(figures["judges"]))
+                self.assertEqual(browser.complaints(), [])
+
+    def assert_rules_of_kit(self, arguments, kept, alone):
+        """What the study stated beforehand counts without being asked for."""
+        path = self.work / "kit.json"
+        kit = read_json(path)
+        kit["exclusion"] = {"sentinels_failed": 3, "repeats_below": 0.3, "median_time_below": 0.5,
+                            "same_key_above": 0.5, "calibration_failed": False}
+        path.write_text(json.dumps(kit))
+        output = self.assert_success(*arguments, "--exclude", "same_key_above=0.9", "--out", "stated")
+        self.assertIn("sentinels_failed=3 (kit.json), ", output)
+        self.assertIn("same_key_above=0.9\n", output)
+        exclusion = read_json(self.work / "stated" / "summary.json")["exclusion"]
+        self.assertEqual(exclusion["figures"], alone)
+        self.assertEqual([rule["from"] for rule in exclusion["rules"]], ["kit.json"] * 3 + ["--exclude"])
+        # A rule without data: of the kit it is a warning, of the command line an error.
+        kit["exclusion"] = {"calibration_failed": True}
+        path.write_text(json.dumps(kit))
+        result = self.run_program(*arguments, "--out", "uncalibrated", "--quiet")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertIn("cannot be applied: the rule calibration_failed=true of kit.json: no file has a "
+                      "calibration", self.only_line(result.stderr))
+        self.assert_refused(INPUT, ["--exclude calibration_failed=true", "no file has a calibration"],
+                            *arguments, "--exclude", "calibration_failed=true")
+        for exclusion, words in (({"sentinels": 2}, ["kit.json, exclusion", "sentinels_failed, repeats_below"]),
+                                 ({"repeats_below": 2}, ["kit.json, exclusion, repeats_below", "found 2"]),
+                                 ({"repeats_below": True}, ["repeats_below", "found true"]),
+                                 ({"calibration_failed": 1}, ["calibration_failed", "true or false"]),
+                                 ([], ["kit.json, exclusion", "expected an object"])):
+            kit["exclusion"] = exclusion
+            path.write_text(json.dumps(kit))
+            self.assert_refused(INPUT, words, *arguments)
+        del kit["exclusion"]
+        path.write_text(json.dumps(kit))
+        # Where nobody is left all files are there, and the error says so.
+        result = self.run_program(*arguments, "--exclude", "median_time_below=3600", "--out", "nobody")
+        self.assertEqual(result.returncode, INPUT)
+        self.assertIn("every judge falls under a rule of exclusion (median_time_below=3600)",
+                      self.only_line(result.stderr))
+        self.assertIn("the results are complete and in place", result.stderr)
+        self.assertEqual(sorted(os.listdir(self.work / "nobody")), FILES)
+        nobody = read_json(self.work / "nobody" / "summary.json")
+        self.assertEqual(nobody["exclusion"]["figures"]["selection"]["votes"], [0, 0, 0])
+        with Browser() as browser:
+            browser.open(self.work / "nobody" / "votes.html")
+            self.assertEqual(browser.complaints(), [])
+            self.assertIn("nobody is left", browser.text("#rules"))
+
+    def test_bad_rules_of_exclusion(self):
+        rows = self.select([f"m{i}" for i in range(8)], 10)
+        good = self.write_judge("good", self.trials(rows, lambda _: 3))
+        arguments = ("votes", good, "--selection", self.selection, "--exclude")
+        for rule, words in (("sentinels=2", ['"sentinels=2"', "sentinels_failed, repeats_below"]),
+                            ("sentinels_failed", ["RULE=VALUE"]),
+                            ("sentinels_failed=0", ["whole number from 1"]),
+                            ("sentinels_failed=1.5", ["whole number from 1"]),
+                            ("repeats_below=1.1", ["fraction above 0"]),
+                            ("median_time_below=-1", ["seconds above 0"]),
+                            ("median_time_below=nan", ["seconds above 0"]),
+                            ("same_key_above=1", ["below 1"]),
+                            ("calibration_failed=yes", ["true or false"])):
+            self.assert_refused(USAGE, ["--exclude", *words], *arguments, rule)
+        self.assert_refused(USAGE, ["--exclude", "repeats_below twice"], *arguments, "repeats_below=0.5",
+                            "--exclude", "repeats_below=0.6")
+        for rule, words in (("sentinels_failed=2", ["there are no sentinels"]),
+                            ("repeats_below=0.5", ["there are no repeats"]),
+                            ("same_key_above=0.9", ["sides were never exchanged"])):
+            self.assert_refused(INPUT, [f"--exclude {rule}", *words], *arguments, rule)
+        untimed = self.trials(rows, lambda _: 3)
+        for trial in untimed:
+            trial[8] = ""
+        self.assert_refused(INPUT, ["median_time_below=1", "no file has response times"], "votes",
+                            self.write_judge("untimed", untimed), "--selection", self.selection,
+                            "--exclude", "median_time_below=1")
+        # One of them has times: of the other the rule says nothing.
+        output = self.assert_success("votes", good, "untimed.csv", "--selection", self.selection,
+                                     "--exclude", "median_time_below=0.1", "--out", "out")
+        self.assertIn("median_time_below=0.1 says nothing of untimed, who has no response times", output)
+        others = [["11", *rows[0][1:5]]]
+        sentinel = self.write_judge("sentinel", [*self.trials(rows, lambda _: 3),
+                                                 *self.trials(others, lambda _: 3, kind="sentinel")])
+        self.assert_refused(INPUT, ["sentinels_failed=1", "--kit"], "votes", sentinel, "--selection",
+                            self.selection, "--exclude", "sentinels_failed=1")
 
     def assert_circular(self, result, score):
         """Votes on a selection say of the two metrics that chose it only which is right."""
