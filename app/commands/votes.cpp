@@ -11,6 +11,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <set>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -26,6 +27,7 @@
 #include "app/output/output_directory.h"
 #include "app/output/scan_record.h"
 #include "app/output/votes_json.h"
+#include "app/pages/votes_plots.h"
 #include "app/pages/votes_report.h"
 #include "engine/base/error.h"
 #include "engine/base/hash.h"
@@ -35,6 +37,7 @@
 #include "scan/io/input.h"
 #include "scan/votes/exclusion.h"
 #include "scan/votes/exclusion_rules.h"
+#include "scan/votes/judge_name.h"
 #include "scan/votes/kit_file.h"
 #include "scan/votes/reference_kit_plan.h"
 #include "scan/votes/survey_file.h"
@@ -378,6 +381,24 @@ void expect_judges(const Results& results) {
     }
 }
 
+/// The pictures without the excluded judges, if there are any of either.
+std::vector<VotesPlot> kept_plots(const Inputs& inputs, const Results& results) {
+    if (results.exclusion.excluded() == 0 || results.excludes_all()) {
+        return {};
+    }
+    std::set<std::wstring> excluded;
+    for (std::size_t j = 0; j < inputs.votes.judges.size(); ++j) {
+        if (results.exclusion.is_excluded(j)) {
+            excluded.insert(scan::judge_identity(inputs.votes.judges[j].name));
+        }
+    }
+    auto survey = inputs.survey;
+    std::erase_if(survey, [&](const scan::SurveyAnswer& answer) {
+        return excluded.contains(scan::judge_identity(answer.judge));
+    });
+    return votes_plots(results.kept_votes, results.kept, survey);
+}
+
 int print_thesis(const Options& options, const std::vector<scan::StatedRule>& rules) {
     ordered_json sources;
     auto inputs = read_inputs(options, sources);
@@ -433,7 +454,10 @@ int run(const Options& options) {
               [&](int file) {
                   ordered_json shown = summary;
                   shown["stand_in"] = stand_in_of(inputs);
-                  scan::write_all(file, votes_report(shown, inputs.survey, images));
+                  scan::write_all(
+                      file, votes_report(shown, inputs.survey, images,
+                                         votes_plots(inputs.votes, results.all, inputs.survey),
+                                         kept_plots(inputs, results)));
               }},
          {.name = "summary.json",
           .write =

@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::string_view kSoft = R"(fill="#56657a")";
 constexpr double kTitleLine = 20;
-constexpr double kTitleCharacter = 8.2;
+constexpr double kTitleCharacter = 8.9;
 
 std::string tooltip_text(const std::string& tooltip) {
     return tooltip.empty() ? "" : fmt::format("<title>{}</title>", markup_text(printable(tooltip)));
@@ -241,7 +241,7 @@ std::string columns_svg(const std::string& title, const std::vector<Bar>& bars,
     Picture picture(width, kHeight + 44, title);
     const Frame frame = {.left = 52,
                          .right = width - 16,
-                         .top = picture.top() + 12,
+                         .top = picture.top() + 22,
                          .bottom = picture.top() + kHeight};
     const Scale scale(0, std::max(1.0, largest(bars)), frame.bottom, frame.top);
     for (const double tick : scale.ticks()) {

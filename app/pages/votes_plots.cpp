@@ -19,7 +19,7 @@ namespace merl::app {
 namespace {
 
 constexpr double kWide = 720;
-constexpr double kNarrow = 330;
+constexpr double kNarrow = 320;
 constexpr std::size_t kMostQuestions = 100;  // that are drawn
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 

@@ -460,7 +460,7 @@ double OptionCounts::mean() const {
 
 MostUsedKey JudgeVotes::most_used() const {
     constexpr std::array<std::string_view, 3> keys = {"left", "equal", "right"};
-    const auto most = std::ranges::max_element(trials.votes);
+    const auto* const most = std::ranges::max_element(trials.votes);
     return {keys.at(static_cast<std::size_t>(most - trials.votes.begin())), *most};
 }
 

@@ -282,7 +282,10 @@ Votes gather_votes(const SelectionFile& selection, const std::string& selection_
         index[votes.configurations[k].number] = k;
     }
     for (const auto* file : counted) {
-        Judge judge{.name = file->judge, .file = file->file, .ballots = {}};
+        Judge judge{.name = file->judge,
+                    .file = file->file,
+                    .ballots = {},
+                    .calibration_failed = file->calibration_failed};
         std::set<Trial> missing = experiment.trials();
         auto rows = file->rows;
         std::ranges::sort(rows, {}, &TrialRow::trial);

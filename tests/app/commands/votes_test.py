@@ -1,15 +1,20 @@
 """merl-scan votes and power: judges' files, through to tables, report and score."""
 
 import base64
+import collections
 import itertools
 import json
 import math
 import os
 import random
 import re
+import shutil
 import statistics
 import struct
+import subprocess
+import time
 import zlib
+from xml.etree import ElementTree
 
 import support
 from browser import CHROMIUM, Browser
@@ -297,8 +302,7 @@ class Votes(Case):
                 browser.open(page, width=width)
                 self.assertEqual(browser.complaints(), [])
                 self.assertLessEqual(browser.run("document.documentElement.scrollWidth"), width)
-                self.assertIn(f"{lost} judge{'s fall' if lost > 1 else ' falls'} under one.",
-                              browser.text("#rules"))
+                self.assertRegex(browser.text("#rules"), rf" {lost} judges? of 12 falls? under one\.$")
                 self.assertIn("answered left 75 of 75 times", browser.text("#doubts"))
                 for value, figures in (("all", summary["figures"]), ("kept", summary["exclusion"]["figures"])):
                     button = f"#counted input[value={value}]"
@@ -630,8 +634,8 @@ class Votes(Case):
                                   if not address.startswith("data:")], [page.resolve().as_uri()])
                 self.assertEqual(browser.run("document.title"), "What the judges say")
                 self.assertEqual(browser.run("document.querySelectorAll('#rows li').length"), len(rows))
-                self.assertEqual(browser.run("document.querySelectorAll('#p-plot circle').length"),
-                                 len(rows))
+                self.assertEqual(browser.run("document.querySelectorAll('[data-plot=p-values] circle').length"),
+                                 len(rows) + 2)  # and those that say what the colours are
                 self.assertLessEqual(browser.run("document.documentElement.scrollWidth"), width)
                 images = browser.run("[...document.querySelectorAll('#rows img')].map(i => [i.alt, i.src])")
                 self.assertEqual({name for name, _ in images}, {HOSTILE[0], HOSTILE[3]})
@@ -648,6 +652,108 @@ class Votes(Case):
             counts = [[int(part.split()[-1]) for part in text.split(", ")] for text in shares]
             leads = [two - one for one, _, two, _ in counts]
             self.assertEqual(leads, sorted(leads, reverse=True))
+
+    def save_pictures(self, browser, selector):
+        """Clicks every button that saves a picture; returns the files by name, each with its bytes."""
+        buttons = browser.run(f"document.querySelectorAll('{selector} button').length")
+        files = {}
+        for number in range(buttons):
+            button = f"[data-test='{number}']"
+            browser.run(f"(b => {{ b.dataset.test = '{number}'; b.scrollIntoView({{block: 'center'}}); }})"
+                        f"(document.querySelectorAll('{selector} button')[{number}])")
+            browser.click(button)
+            end = time.monotonic() + 60
+            while not (new := [path for path in self.work.glob("saved/*.[sp]*g") if path.name not in files]):
+                self.assertLess(time.monotonic(), end)
+                time.sleep(0.02)
+            files[new[0].name] = new[0].read_bytes()
+        return files
+
+    def texts_of(self, svg):
+        """Everything that can be read in a picture, which needs nothing from elsewhere."""
+        root = ElementTree.fromstring(svg)
+        self.assertEqual({element.tag.split("}")[1] for element in root.iter()} -
+                         {"svg", "title", "rect", "line", "text", "circle", "path"}, set())
+        self.assertNotIn(b"href", svg)
+        return root, [element.text or "" for element in root.iter("{http://www.w3.org/2000/svg}text")]
+
+    def test_pictures_of_the_thesis(self):
+        """Figures 5.2 and 6.1 to 6.4, in the page and as the files that it saves."""
+        if CHROMIUM is None:
+            raise AssertionError("there is no chromium; scripts/setup.sh installs it")
+        files = self.write_thesis()
+        answers = {"instructions_clear": ["yes", "yes", "no", "no", "no"],
+                   "preferred_question": ["larger", "larger", "smaller", "smaller", "either"],
+                   "frequency": ["about right"] * 4 + ["too fast"], "sphere_size": ["about right"] * 5,
+                   "keys_easy": ["5", "5", "5", "4", "4"], "vision_impairment": ["no"] * 5,
+                   "comments": ["", "", "", "more & <b>better</b>", "more"], "hand": ["left", "right", "right", "left", ""]}
+        write_rows(self.work / "answers.csv", ["judge", "question", "answer"],
+                   [[f"judge {j}", question, given[j]] for question, given in answers.items() for j in range(5)])
+        self.assert_success("votes", *files, "--selection", self.selection, "--survey", "answers.csv",
+                            "--out", "out")
+        names = ["judgement-summary", "shares", "p-values", "agreement"]
+        names += [f"survey-{question.replace('_', '-')}" for question in answers if question != "comments"]
+        (self.work / "saved").mkdir()
+        with Browser() as browser:
+            browser.call("Page.setDownloadBehavior", behavior="allow", downloadPath=str(self.work / "saved"))
+            browser.open(self.work / "out" / "votes.html", width=390)
+            self.assertEqual(browser.complaints(), [])
+            widths = browser.run("[...document.querySelectorAll('figure svg')].map(svg => svg.getBoundingClientRect().width)")
+            self.assertEqual((len(widths), max(widths)), (len(names), 320))
+            self.assertLessEqual(browser.run("document.documentElement.scrollWidth"), 390)
+            browser.open(self.work / "out" / "votes.html")
+            saved = self.save_pictures(browser, "figure")
+            self.assertEqual(browser.complaints(), [])
+            self.assertEqual([address for address in browser.requests() if not address.startswith(("data:", "blob:"))],
+                             [(self.work / "out" / "votes.html").resolve().as_uri()])
+        self.assertEqual(sorted(saved), sorted(f"{name}.{kind}" for name in names for kind in ("svg", "png")))
+        pictures = {name: self.texts_of(saved[f"{name}.svg"]) for name in names}
+        for name, (_, texts) in pictures.items():
+            self.assertNotIn("judge ", " ".join(texts), name)
+        of = lambda name, tag: list(pictures[name][0].iter(f"{{http://www.w3.org/2000/svg}}{tag}"))
+        # The areas are as the votes.
+        radii = [float(disc.get("r")) for disc in of("judgement-summary", "circle")]
+        for radius, votes in zip(radii, (1, 15, 484)):
+            self.assertAlmostEqual((radius / radii[2]) ** 2, votes / 484, delta=0.001)
+        for words in ("1 (0.2 %)", "15 (3.0 %)", "484 (96.8 %)"):
+            self.assertIn(words, pictures["judgement-summary"][1])
+        # The lengths of the bars are as the shares: the boxes but for the ground.
+        bars = [float(box.get("width")) for box in of("shares", "rect")[1:]]
+        for bar, votes in zip(bars, (1, 15, 484)):
+            self.assertAlmostEqual(bar / bars[2], votes / 484, delta=0.001)
+        # A point for each configuration, where its p-value is.
+        lines = {text: y for text, y in zip(pictures["p-values"][1],
+                 [float(e.get("y") or "nan") for e in of("p-values", "text")])}
+        discs = of("p-values", "circle")[2:]
+        heights = collections.Counter(float(disc.get("cy")) for disc in discs)
+        self.assertEqual(sorted(heights.values()), [2, 13, 85])
+        decade = (lines["0.01"] - lines["1"]) / -2
+        self.assertAlmostEqual((max(heights) - min(heights)) / abs(decade),
+                               math.log10(0.0864) - math.log10(0.004115), delta=0.01)
+        # Four of five: the sector ends at four fifths of the turn.
+        sectors = of("survey-frequency", "path")
+        self.assertEqual(len(sectors), 2)
+        x, y, left, top, end, bottom = (float(n) for n in re.match(
+            r"M([\d.]+) ([\d.]+)L([\d.]+) ([\d.]+)A[\d.]+ [\d.]+ 0 1 1 ([\d.]+) ([\d.]+)Z", sectors[0].get("d")).groups())
+        self.assertAlmostEqual(math.atan2(end - x, y - bottom) % math.tau, 0.8 * math.tau, delta=0.01)
+        self.assertAlmostEqual(math.atan2(left - x, y - top), 0, delta=0.01)
+        self.assertIn("about right: 4", pictures["survey-frequency"][1])
+        self.assertIn("too slow: 0", pictures["survey-frequency"][1])
+        # Everybody: a whole disc. And columns as high as the counts.
+        self.assertEqual(len(of("survey-sphere-size", "circle")), 1)
+        self.assertEqual([float(box.get("height")) for box in of("survey-keys-easy", "rect")[1:4]], [0, 0, 0])
+        four, five = [float(box.get("height")) for box in of("survey-keys-easy", "rect")[4:]]
+        self.assertAlmostEqual(four / five, 2 / 3, delta=0.01)
+        self.assertIn("no answer: 1", pictures["survey-hand"][1])
+        for name in names:
+            root, image = pictures[name][0], saved[f"{name}.png"]
+            size = struct.unpack(">II", image[16:24])
+            self.assertEqual(size, (3 * int(root.get("width")), 3 * int(root.get("height"))))
+            self.assertGreater(len(image), 2000)  # more than a ground
+            if shutil.which("rsvg-convert"):
+                other = subprocess.run(["rsvg-convert", "-z", "3"], input=saved[f"{name}.svg"],
+                                       capture_output=True, check=True).stdout
+                self.assertEqual(struct.unpack(">II", other[16:24]), size)
 
     def reference_experiment(self, judges=6):
         """Votes on a kit of originals, by judges who mostly find "mine" more like them than "ward",
