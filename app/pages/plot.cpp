@@ -108,7 +108,7 @@ int Scale::decimals() const {
 }
 
 Picture::Picture(double width, double height, const std::string& title)
-    : width_(width), height_(height), top_(10), title_(title) {
+    : width_(width), height_(height), title_(title) {
     for (const auto& line : lines_of(printable(title), fits(width - 24, kTitleCharacter))) {
         top_ += kTitleLine;
         text(12, top_ - 3, "start", line, R"(font-size="15" font-weight="600")");

@@ -79,7 +79,7 @@ class Picture {
   private:
     double width_;
     double height_;
-    double top_;
+    double top_ = 10;
     std::string title_;
     std::string content_;
 };

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstdint>
 #include <utility>
 
 namespace merl::scan {
@@ -15,6 +16,11 @@ struct Assessed {
     std::string nothing = {};  // why the rule says nothing of this judge
 };
 
+/// As a double the number that its decimal digits are: 7 of 100 is 0.07, where 0.07 * 100 is not 7.
+double share(std::uint64_t part, std::uint64_t all) {
+    return static_cast<double>(part) / static_cast<double>(all);
+}
+
 Assessed assess(const StatedRule& rule, const Judge& who, const JudgeVotes& judge) {
     switch (rule.rule) {
         case ExclusionRule::sentinels_failed: {
@@ -26,8 +32,7 @@ Assessed assess(const StatedRule& rule, const Judge& who, const JudgeVotes& judg
         }
         case ExclusionRule::repeats_below: {
             const auto& checks = judge.repeats;
-            return {checks.answered > 0 && static_cast<double>(checks.passed) <
-                                               rule.value * static_cast<double>(checks.answered),
+            return {checks.answered > 0 && share(checks.passed, checks.answered) < rule.value,
                     fmt::format("{} of {} repeats answered as the first time", checks.passed,
                                 checks.answered),
                     checks.answered == 0 ? "answered no repeat" : ""};
@@ -42,8 +47,7 @@ Assessed assess(const StatedRule& rule, const Judge& who, const JudgeVotes& judg
             const auto most = judge.most_used();
             const auto answers = judge.trials.answered();
             return {
-                answers > 0 &&
-                    static_cast<double>(most.answers) > rule.value * static_cast<double>(answers),
+                answers > 0 && share(most.answers, answers) > rule.value,
                 fmt::format("{} of {} answers with one key, {}", most.answers, answers, most.key),
                 answers == 0 ? "has no answer" : ""};
         }

@@ -59,7 +59,7 @@ Votes three_trials() {
 
 TEST(Exclusion, LimitsAreAsTheirNamesSay) {
     const auto votes = three_trials();
-    const auto statistics = vote_statistics(votes, {.replicates = 0});
+    auto statistics = vote_statistics(votes, {.replicates = 0});
     const auto excludes = [&](ExclusionRule rule, double value) {
         const auto exclusion = apply_rules(votes, statistics, {{rule, value}});
         // The other judge has no answer, of which nothing follows.
@@ -74,6 +74,10 @@ TEST(Exclusion, LimitsAreAsTheirNamesSay) {
     EXPECT_FALSE(excludes(ExclusionRule::median_time_below, 2));
     EXPECT_TRUE(excludes(ExclusionRule::same_key_above, 0.6));
     EXPECT_FALSE(excludes(ExclusionRule::same_key_above, 0.7));
+    // A share is not below itself, however its digits are rounded.
+    statistics.judges[0].repeats = {.answered = 100, .passed = 7};
+    EXPECT_FALSE(excludes(ExclusionRule::repeats_below, 0.07));
+    EXPECT_TRUE(excludes(ExclusionRule::repeats_below, 0.08));
 }
 
 TEST(Exclusion, LeavesOutVotesAndNothingElse) {
