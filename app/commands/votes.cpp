@@ -396,7 +396,9 @@ std::vector<VotesPlot> kept_plots(const Inputs& inputs, const Results& results) 
     std::erase_if(survey, [&](const scan::SurveyAnswer& answer) {
         return excluded.contains(scan::judge_identity(answer.judge));
     });
-    return votes_plots(results.kept_votes, results.kept, survey);
+    return votes_plots(results.kept_votes, results.kept, survey,
+                       fmt::format(" ({} of {})", results.kept_votes.judges.size(),
+                                   counted(inputs.votes.judges.size(), "judge")));
 }
 
 int print_thesis(const Options& options, const std::vector<scan::StatedRule>& rules) {

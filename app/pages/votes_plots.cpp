@@ -47,7 +47,7 @@ std::string configuration_text(const scan::JudgedConfiguration& c) {
 // ---- votes
 
 std::string judgement_summary(const scan::Votes& votes, const scan::OverallVotes& overall,
-                              double width) {
+                              const std::string& of, double width) {
     const auto all = static_cast<double>(overall.sides.answered());
     std::vector<Bar> areas;
     for (std::size_t i = 0; i < 3; ++i) {
@@ -61,10 +61,11 @@ std::string judgement_summary(const scan::Votes& votes, const scan::OverallVotes
                      : "0",
              kSides.at(i), kNone, kNone});
     }
-    return areas_svg("Votes on the selection", areas, width);
+    return areas_svg("Votes on the selection" + of, areas, width);
 }
 
-std::string shares(const scan::Votes& votes, const scan::OverallVotes& overall, double width) {
+std::string shares(const scan::Votes& votes, const scan::OverallVotes& overall,
+                   const std::string& of, double width) {
     std::vector<Bar> bars;
     for (std::size_t i = 0; i < 3; ++i) {
         const auto& share = overall.shares.at(i);
@@ -77,11 +78,11 @@ std::string shares(const scan::Votes& votes, const scan::OverallVotes& overall, 
         bars.push_back({i == 1 ? "equal" : metric + " is right", 100 * share.value, std::move(text),
                         kSides.at(i), 100 * share.interval.low, 100 * share.interval.high});
     }
-    return bars_svg("Percent of the votes, with 95 % intervals", bars, 100, width);
+    return bars_svg("Percent of the votes, with 95 % intervals" + of, bars, 100, width);
 }
 
 std::string p_values(const scan::Votes& votes, const scan::VoteStatistics& statistics,
-                     double width) {
+                     const std::string& of, double width) {
     struct Point {
         double p;
         std::size_t side;
@@ -96,7 +97,8 @@ std::string p_values(const scan::Votes& votes, const scan::VoteStatistics& stati
         }
     }
     std::ranges::stable_sort(points, {}, &Point::p);
-    Picture picture(width, 300, "Configuration by configuration: p-values, the smallest first");
+    Picture picture(width, 300,
+                    "Configuration by configuration: p-values, the smallest first" + of);
     const Frame frame = {
         .left = 64, .right = width - 16, .top = picture.top() + 22, .bottom = picture.top() + 250};
     const double needed = statistics.significance.least_p_needed;
@@ -113,10 +115,11 @@ std::string p_values(const scan::Votes& votes, const scan::VoteStatistics& stati
                                             : fmt::format("1e−{:.0f}", -exponent));
         }
     }
-    double x = frame.left;
+    const auto room = static_cast<std::size_t>((width / 2 - 42) / kCharacter);
+    double x = 12;
     for (const auto& [side, metric] :
          {std::pair(2U, votes.second_metric), {0U, votes.first_metric}}) {
-        const auto text = shortened("towards " + metric, 22);
+        const auto text = shortened("for " + metric, room);
         picture.disc(x + 5, picture.top() + 7, 4, fmt::format(R"(fill="{}")", kSides.at(side)));
         picture.text(x + 14, picture.top() + 11, "start", text, R"(fill="#56657a")");
         x += 30 + kCharacter * static_cast<double>(characters(text));
@@ -144,7 +147,7 @@ std::string p_values(const scan::Votes& votes, const scan::VoteStatistics& stati
 }
 
 std::string agreement(const scan::Votes& votes, const scan::VoteStatistics& statistics,
-                      double width) {
+                      const std::string& of, double width) {
     double most = 0;
     bool has_random = false;
     std::vector<const scan::ConfigurationVotes*> points;
@@ -156,10 +159,10 @@ std::string agreement(const scan::Votes& votes, const scan::VoteStatistics& stat
             points.push_back(&row);
         }
     }
-    Picture picture(width, 310, "Votes against the agreement of the metrics");
+    Picture picture(width, 310, "Votes against the agreement of the metrics" + of);
     const Frame frame = {.left = 64,
                          .right = width - 16,
-                         .top = picture.top() + (has_random ? 26 : 8),
+                         .top = picture.top() + (has_random ? 32 : 8),
                          .bottom = picture.top() + 262};
     const Scale across(0, most > 0 ? 1.05 * most : 1, frame.left, frame.right);
     const Scale upwards(0, 1, frame.bottom, frame.top);
@@ -267,7 +270,7 @@ std::optional<Answers> answers_to(const std::string& question,
     return answers;
 }
 
-std::string survey_svg(const Answers& answers, double width) {
+std::string survey_svg(const Answers& answers, const std::string& of, double width) {
     const bool steps =
         std::ranges::all_of(answers.counts, [](const auto& count) { return is_step(count.first); });
     std::vector<Bar> bars;
@@ -280,8 +283,8 @@ std::string survey_svg(const Answers& answers, double width) {
         bars.push_back({"no answer", static_cast<double>(answers.none),
                         fmt::format("{}", answers.none), kSides[1], kNone, kNone});
     }
-    return steps ? columns_svg(answers.text, bars, "judges", width)
-                 : pie_svg(answers.text, bars, width);
+    return steps ? columns_svg(answers.text + of, bars, "judges", width)
+                 : pie_svg(answers.text + of, bars, width);
 }
 
 /// A name of a file, of letters that every system takes.
@@ -298,17 +301,19 @@ std::string file_name(const std::string& question) {
 }  // namespace
 
 std::vector<VotesPlot> votes_plots(const scan::Votes& votes, const scan::VoteStatistics& statistics,
-                                   const std::vector<scan::SurveyAnswer>& survey) {
+                                   const std::vector<scan::SurveyAnswer>& survey,
+                                   const std::string& of) {
     std::vector<VotesPlot> plots;
     const auto add = [&](const std::string& name, double wide,
                          const std::function<std::string(double width)>& draw) {
         plots.push_back({name, draw(wide), draw(kNarrow)});
     };
     add("judgement-summary", kWide,
-        [&](double width) { return judgement_summary(votes, statistics.selection, width); });
-    add("shares", kWide, [&](double width) { return shares(votes, statistics.selection, width); });
-    add("p-values", kWide, [&](double width) { return p_values(votes, statistics, width); });
-    add("agreement", kWide, [&](double width) { return agreement(votes, statistics, width); });
+        [&](double width) { return judgement_summary(votes, statistics.selection, of, width); });
+    add("shares", kWide,
+        [&](double width) { return shares(votes, statistics.selection, of, width); });
+    add("p-values", kWide, [&](double width) { return p_values(votes, statistics, of, width); });
+    add("agreement", kWide, [&](double width) { return agreement(votes, statistics, of, width); });
     std::map<std::string_view, std::vector<std::string_view>> questions;
     std::vector<std::string_view> order;
     for (const auto& [judge, question, answer] : survey) {
@@ -322,7 +327,7 @@ std::vector<VotesPlot> votes_plots(const scan::Votes& votes, const scan::VoteSta
         const std::string name(question);
         if (const auto answers = answers_to(name, questions[question])) {
             add(file_name(name), kWide / 2,
-                [&](double width) { return survey_svg(*answers, width); });
+                [&](double width) { return survey_svg(*answers, of, width); });
         }
     }
     return plots;

@@ -313,6 +313,9 @@ class Votes(Case):
                     self.assertEqual(shares, figures["selection"]["votes"])
                     self.assertEqual(browser.run("document.querySelectorAll('#judges tbody tr').length"),
                                      len(figures["judges"]))
+                    titles = browser.run("[...document.querySelectorAll('figure svg > title')].map(t => t.textContent)")
+                    self.assertEqual([f"({12 - lost} of 12 judges)" in title for title in titles],
+                                     [value == "kept"] * 4)
                 self.assertEqual(browser.complaints(), [])
 
     def assert_rules_of_kit(self, arguments, kept, alone):
