@@ -17,8 +17,19 @@ constexpr std::string_view kSoft = R"(fill="#56657a")";
 constexpr double kTitleLine = 20;
 constexpr double kTitleCharacter = 8.9;
 
+/// A text as it stands in XML, which has no place for U+FFFE and U+FFFF.
+std::string harmless(const std::string& text) {
+    std::string result = markup_text(printable(text));
+    for (const std::string_view none : {"\xef\xbf\xbe", "\xef\xbf\xbf"}) {
+        for (auto at = result.find(none); at != std::string::npos; at = result.find(none, at)) {
+            result.replace(at, none.size(), "\xef\xbf\xbd");
+        }
+    }
+    return result;
+}
+
 std::string tooltip_text(const std::string& tooltip) {
-    return tooltip.empty() ? "" : fmt::format("<title>{}</title>", markup_text(printable(tooltip)));
+    return tooltip.empty() ? "" : fmt::format("<title>{}</title>", harmless(tooltip));
 }
 
 /// The words of a text in lines of at most so many characters, unless a word is longer.
@@ -154,13 +165,13 @@ void Picture::sector(double x, double y, double radius, double from, double to,
 void Picture::text(double x, double y, std::string_view anchor, const std::string& text,
                    std::string_view style) {
     content_ += fmt::format(R"(<text x="{:.1f}" y="{:.1f}" text-anchor="{}" {}>{}</text>)", x, y,
-                            anchor, style, markup_text(printable(text)));
+                            anchor, style, harmless(text));
 }
 
 void Picture::text_upwards(double x, double y, const std::string& text) {
     content_ += fmt::format(
         R"svg(<text transform="translate({:.1f} {:.1f}) rotate(-90)" text-anchor="middle" {}>{}</text>)svg",
-        x, y, kSoft, markup_text(printable(text)));
+        x, y, kSoft, harmless(text));
 }
 
 std::string Picture::svg() const {
@@ -169,7 +180,7 @@ std::string Picture::svg() const {
         R"svg(viewBox="0 0 {0:.0f} {1:.0f}" font-family="system-ui, -apple-system, 'Segoe UI', )svg"
         R"svg('DejaVu Sans', sans-serif" font-size="13" fill="#1b2733"><title>{2}</title>)svg"
         R"svg(<rect width="{0:.0f}" height="{1:.0f}" fill="#fff"/>{3}</svg>)svg",
-        width_, height_, markup_text(printable(title_)), content_);
+        width_, height_, harmless(title_), content_);
 }
 
 void draw_axes(Picture& picture, const Frame& frame, const std::string& across,

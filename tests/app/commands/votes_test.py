@@ -29,7 +29,8 @@ FILES = ["configurations.csv", "judgements.csv", "judgements_kept.csv", "judges.
 THESIS = ["33333"] * 85 + ["33332"] * 13 + ["33322", "33331"]
 
 HOSTILE = ["=1+1", '</script><script>document.title="hit"</script>', "<img src=x onerror=alert(1)>",
-           'a "quoted", name', "ä\u202e", "%DATA%", "../../etc/passwd", "x\x07y"]
+           'a "quoted", name', "ä\u202e", "%DATA%", "../../etc/passwd", "x\x07y",
+           "no\uffffcharacter"]
 
 
 class Votes(Case):
