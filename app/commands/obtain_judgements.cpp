@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <string>
 #include <utility>
 
@@ -99,7 +100,10 @@ ObtainedJudgements obtain_judgements(const std::string& file, const DistanceOpti
     // The published indices are those of the 100 MERL materials, whatever the database has of them.
     const auto merl = scan::lagunas_order(engine::merl_materials());
     result.file = scan::parse_judgements(text, file, merl, control.stage("reading judgements"));
-    auto found = find_scan_record(file, "judgements.csv", result.content_hash, nullptr);
+    const std::string kept = "judgements_kept.csv";
+    const bool is_kept = std::filesystem::path(file).filename() == kept;
+    auto found =
+        find_scan_record(file, is_kept ? kept : "judgements.csv", result.content_hash, nullptr);
     result.scanned = std::move(found.record);
     if (found.is_of_another_file && !names_materials(options)) {
         throw InputError(fmt::format(

@@ -1,15 +1,19 @@
 #include "scan/votes/votes.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 #include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <set>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -23,6 +27,7 @@
 #include "app/output/output_directory.h"
 #include "app/output/scan_record.h"
 #include "app/output/votes_json.h"
+#include "app/pages/votes_plots.h"
 #include "app/pages/votes_report.h"
 #include "engine/base/error.h"
 #include "engine/base/hash.h"
@@ -30,6 +35,9 @@
 #include "engine/database/model_database.h"
 #include "scan/io/csv.h"
 #include "scan/io/input.h"
+#include "scan/votes/exclusion.h"
+#include "scan/votes/exclusion_rules.h"
+#include "scan/votes/judge_name.h"
 #include "scan/votes/kit_file.h"
 #include "scan/votes/reference_kit_plan.h"
 #include "scan/votes/survey_file.h"
@@ -46,6 +54,7 @@ struct Options {
     std::string selection;
     std::string kit;
     std::vector<std::string> survey;
+    std::vector<std::string> exclude;
     std::string spheres;
     std::string out = "merl-scan-votes";
     scan::BootstrapOptions bootstrap{.replicates = 10'000};
@@ -60,6 +69,7 @@ struct Inputs {
     std::vector<scan::SurveyAnswer> survey;
     std::optional<ScanRecord> scanned;                   // what the selection is of
     std::map<std::string, std::string> material_hashes;  // of it, or of the kit; may be empty
+    std::vector<scan::StatedRule> rules;                 // of exclusion, as the kit has them
     std::vector<std::string> warnings;
 };
 
@@ -82,6 +92,7 @@ Inputs read_inputs(const Options& options, ordered_json& sources) {
     std::optional<scan::Kit> kit;
     if (!options.kit.empty()) {
         kit = scan::parse_kit(read(options.kit, sources["kit"]), options.kit);
+        inputs.rules = kit->exclusion;
     }
     auto found = find_scan_record(options.selection, "selection.csv", selection_hash, &selection);
     inputs.scanned = std::move(found.record);
@@ -249,8 +260,73 @@ void print_judges(const scan::Votes& votes, const scan::VoteStatistics& statisti
     }
 }
 
-void print_summary(const Options& options, const Inputs& inputs,
-                   const scan::VoteStatistics& statistics) {
+/// All figures of some judges' votes.
+void print_figures(const scan::Votes& votes, const scan::VoteStatistics& statistics) {
+    print_overall("selection", votes, statistics.selection);
+    if (statistics.random) {
+        print_overall("random", votes, *statistics.random);
+    }
+    print_significance(votes, statistics.significance);
+    print_judges(votes, statistics);
+}
+
+/// What was made of the votes.
+struct Results {
+    scan::VoteStatistics all;
+    scan::Exclusion exclusion;
+    bool has_rules = false;     // of exclusion, stated beforehand
+    scan::Votes kept_votes;     // without the excluded judges
+    scan::VoteStatistics kept;  // the figures of these
+
+    bool excludes_all() const {
+        return has_rules && exclusion.excluded() == exclusion.judges.size();
+    }
+};
+
+std::string rules_text(const scan::Exclusion& exclusion) {
+    std::vector<std::string> texts;
+    std::ranges::transform(exclusion.rules, std::back_inserter(texts), [](const auto& rule) {
+        return scan::text_of(rule) + (rule.of_kit ? " (kit.json)" : "");
+    });
+    return fmt::format("{}", fmt::join(texts, ", "));
+}
+
+/// What looks wrong about judges, whatever the rules are.
+void print_doubts(const scan::Votes& votes, const scan::VoteStatistics& statistics) {
+    std::string_view name = "looks wrong";
+    for (std::size_t j = 0; j < votes.judges.size(); ++j) {
+        for (const auto& doubt : statistics.judges[j].doubts) {
+            print_result(name, fmt::format("{} {}", votes.judges[j].name, doubt));
+            name = "";
+        }
+    }
+}
+
+/// Who falls under which rule, and the figures without them.
+void print_exclusion(const scan::Votes& votes, const Results& results) {
+    const auto& exclusion = results.exclusion;
+    print_result("excluded", fmt::format("{} of {}, by {}", exclusion.excluded(),
+                                         counted(votes.judges.size(), "judge"),
+                                         exclusion.rules.empty() ? "no rule that can be applied"
+                                                                 : rules_text(exclusion)));
+    for (std::size_t j = 0; j < votes.judges.size(); ++j) {
+        for (const auto& finding : exclusion.judges[j]) {
+            print_result("", fmt::format("{}: {} ({})", votes.judges[j].name, finding.text,
+                                         scan::name_of(finding.rule)));
+        }
+    }
+    for (const auto& text : exclusion.not_assessed) {
+        print_result("", text);
+    }
+    if (exclusion.excluded() > 0 && !results.excludes_all()) {
+        print_result(
+            "without them",
+            fmt::format("the figures of {}", counted(results.kept_votes.judges.size(), "judge")));
+        print_figures(results.kept_votes, results.kept);
+    }
+}
+
+void print_summary(const Options& options, const Inputs& inputs, const Results& results) {
     const auto& votes = inputs.votes;
     print_result("judges", fmt::format("{}, {} trials each{}", votes.judges.size(),
                                        fmt::group_digits(votes.trials),
@@ -262,12 +338,11 @@ void print_summary(const Options& options, const Inputs& inputs,
     if (!votes.reference.empty()) {
         print_result("question", reference_question(votes.reference));
     }
-    print_overall("selection", votes, statistics.selection);
-    if (statistics.random) {
-        print_overall("random", votes, *statistics.random);
+    print_figures(votes, results.all);
+    print_doubts(votes, results.all);
+    if (results.has_rules) {
+        print_exclusion(votes, results);
     }
-    print_significance(votes, statistics.significance);
-    print_judges(votes, statistics);
     print_result("intervals",
                  fmt::format("95 %, judges and {} as clusters; of alpha: {} bootstrap "
                              "samples, seed {}",
@@ -276,35 +351,103 @@ void print_summary(const Options& options, const Inputs& inputs,
     print_result("results", options.out + ": open votes.html in a browser");
 }
 
-int print_thesis(const Options& options) {
+/// Applies the rules, and computes all figures with and without whom they exclude. `inputs` gets a
+/// warning for each rule that could not be applied.
+Results results_of(Inputs& inputs, const std::vector<scan::StatedRule>& of_command_line,
+                   const scan::BootstrapOptions& bootstrap, const pipeline::Control& control) {
+    Results results;
+    const auto rules = scan::merge_rules(inputs.rules, of_command_line);
+    results.has_rules = !rules.empty();
+    results.all = scan::vote_statistics(inputs.votes, bootstrap, control.stage("bootstrap"));
+    results.exclusion = scan::apply_rules(inputs.votes, results.all, rules);
+    for (const auto& text : results.exclusion.not_applied) {
+        inputs.warnings.push_back("cannot be applied: the rule " + text);
+    }
+    results.kept_votes = scan::without_excluded(inputs.votes, results.exclusion);
+    results.kept = results.exclusion.excluded() == 0
+                       ? results.all
+                       : scan::vote_statistics(results.kept_votes, bootstrap,
+                                               control.stage("bootstrap without the excluded"));
+    return results;
+}
+
+/// Throws InputError where nobody is left: there are no figures without the excluded judges.
+void expect_judges(const Results& results) {
+    if (results.excludes_all()) {
+        throw InputError(fmt::format(
+            "every judge falls under a rule of exclusion ({}), so that there are no figures "
+            "without them; expected one judge or more who does not",
+            rules_text(results.exclusion)));
+    }
+}
+
+/// The pictures without the excluded judges, if there are any of either.
+std::vector<VotesPlot> kept_plots(const Inputs& inputs, const Results& results) {
+    if (results.exclusion.excluded() == 0 || results.excludes_all()) {
+        return {};
+    }
+    std::set<std::wstring> excluded;
+    for (std::size_t j = 0; j < inputs.votes.judges.size(); ++j) {
+        if (results.exclusion.is_excluded(j)) {
+            excluded.insert(scan::judge_identity(inputs.votes.judges[j].name));
+        }
+    }
+    auto survey = inputs.survey;
+    std::erase_if(survey, [&](const scan::SurveyAnswer& answer) {
+        return excluded.contains(scan::judge_identity(answer.judge));
+    });
+    return votes_plots(results.kept_votes, results.kept, survey,
+                       fmt::format(" ({} of {})", results.kept_votes.judges.size(),
+                                   counted(inputs.votes.judges.size(), "judge")));
+}
+
+int print_thesis(const Options& options, const std::vector<scan::StatedRule>& rules) {
     ordered_json sources;
-    const auto inputs = read_inputs(options, sources);
+    auto inputs = read_inputs(options, sources);
+    const auto results = results_of(inputs, rules, {.replicates = 0}, {});
     std::ranges::for_each(inputs.warnings, print_warning);
-    const auto statistics = scan::vote_statistics(inputs.votes, {.replicates = 0});
-    print_lines(scan::thesis_table(inputs.votes, statistics));
+    print_lines(scan::thesis_table(inputs.votes, results.all));
+    if (results.has_rules) {
+        const auto& exclusion = results.exclusion;
+        print_lines(fmt::format("\nwithout {} of {}, by {}\n{}", exclusion.excluded(),
+                                counted(inputs.votes.judges.size(), "judge"), rules_text(exclusion),
+                                scan::thesis_table(results.kept_votes, results.kept)));
+    }
+    expect_judges(results);
     return kSuccess;
 }
 
 int run(const Options& options) {
+    std::vector<scan::StatedRule> rules;
+    std::ranges::transform(options.exclude, std::back_inserter(rules), scan::parse_rule);
     if (options.thesis) {
-        return print_thesis(options);
+        return print_thesis(options, rules);
     }
     std::vector<std::filesystem::path> read = {options.selection, options.kit};
     read.insert(read.end(), options.files.begin(), options.files.end());
     read.insert(read.end(), options.survey.begin(), options.survey.end());
     Inputs inputs;
-    scan::VoteStatistics statistics;
+    Results results;
     ordered_json images;
     ordered_json summary = program_json();
     OutputDirectory out(
         options.out, options.force,
         {{.name = "configurations.csv",
           .write =
-              [&](int file) { scan::write_configuration_votes(file, inputs.votes, statistics); }},
+              [&](int file) {
+                  scan::write_configuration_votes(file, inputs.votes, results.all,
+                                                  results.has_rules ? &results.kept : nullptr);
+              }},
          {.name = "judges.csv",
-          .write = [&](int file) { scan::write_judge_votes(file, inputs.votes, statistics); }},
+          .write =
+              [&](int file) {
+                  scan::write_judge_votes(file, inputs.votes, results.all, results.exclusion);
+              }},
          {.name = "judgements.csv",
-          .write = [&](int file) { scan::write_judgements(file, inputs.votes, statistics); },
+          .write = [&](int file) { scan::write_judgements(file, inputs.votes, results.all); },
+          .is_read_again = true},
+         {.name = "judgements_kept.csv",
+          .write = [&](int file) { scan::write_judgements(file, inputs.votes, results.kept); },
           .is_read_again = true},
          {.name = "survey.csv",
           .write = [&](int file) { scan::write_survey(file, inputs.survey); }},
@@ -313,7 +456,10 @@ int run(const Options& options) {
               [&](int file) {
                   ordered_json shown = summary;
                   shown["stand_in"] = stand_in_of(inputs);
-                  scan::write_all(file, votes_report(shown, inputs.survey, images));
+                  scan::write_all(
+                      file, votes_report(shown, inputs.survey, images,
+                                         votes_plots(inputs.votes, results.all, inputs.survey),
+                                         kept_plots(inputs, results)));
               }},
          {.name = "summary.json",
           .write =
@@ -328,22 +474,27 @@ int run(const Options& options) {
         read);
     inputs = read_inputs(options, summary);
     images = sphere_images(inputs.votes, options.spheres, inputs.material_hashes, inputs.warnings);
-    std::ranges::for_each(inputs.warnings, print_warning);
     TerminalControl terminal(options.quiet);
-    statistics = scan::vote_statistics(inputs.votes, options.bootstrap,
-                                       terminal.control().stage("bootstrap"));
+    results = results_of(inputs, rules, options.bootstrap, terminal.control());
     terminal.clear();
+    std::ranges::for_each(inputs.warnings, print_warning);
     summary["warnings"] = texts_json(inputs.warnings);
     summary["kit_hash"] = as_utf8(inputs.votes.kit_hash);
     summary["bootstrap"] = {{"replicates", options.bootstrap.replicates},
                             {"seed", options.bootstrap.seed},
                             {"interval", "percentile, 95 %"},
                             {"of", "krippendorff_alpha"}};
-    summary["figures"] = votes_json(inputs.votes, statistics);
+    summary["figures"] = votes_json(inputs.votes, results.all);
+    summary["exclusion"] = ordered_json();
+    if (results.has_rules) {
+        summary["exclusion"] = exclusion_json(inputs.votes, results.exclusion);
+        summary["exclusion"]["figures"] = votes_json(results.kept_votes, results.kept);
+    }
     out.finish();
     if (!options.quiet) {
-        print_summary(options, inputs, statistics);
+        print_summary(options, inputs, results);
     }
+    expect_judges(results);
     return kSuccess;
 }
 
@@ -371,6 +522,15 @@ void add_votes(CLI::App& program, Command& chosen) {
         ->add_option("--spheres", options->spheres,
                      "A directory of sphere images, MATERIAL.png, to show in the report")
         ->transform(not_empty());
+    command
+        ->add_option("--exclude", options->exclude,
+                     "RULE=VALUE, more than once: report every figure also without the judges who "
+                     "fall under one of these rules, beside those of kit.json: "
+                     "sentinels_failed=N or more, "
+                     "repeats_below=FRACTION answered as the first time, "
+                     "median_time_below=SECONDS, same_key_above=FRACTION of the answers, "
+                     "calibration_failed=true")
+        ->transform(not_empty());
     auto* out = add_output_options(*command, options->out, options->force);
     command
         ->add_flag("--thesis", options->thesis, "Print the table of the thesis and write nothing")
@@ -379,12 +539,16 @@ void add_votes(CLI::App& program, Command& chosen) {
     add_quiet_option(*command, options->quiet, "No summary");
     command->footer(
         "Writes configurations.csv, judges.csv, judgements.csv (for score --judgements), "
-        "survey.csv,\n"
-        "votes.html and summary.json (docs/experiment.md).\n"
+        "judgements_kept.csv\n"
+        "(the same without the excluded judges), survey.csv, votes.html and summary.json "
+        "(docs/experiment.md).\n"
+        "Where rules exclude every judge that is an error (exit status 3); all files are written "
+        "first.\n"
         "\n"
         "Examples:\n"
         "  merl-scan votes kit-votes/votes-*.csv --selection results/selection.csv --kit "
-        "kit/kit.json\n"
+        "kit/kit.json \\\n"
+        "      --exclude sentinels_failed=2 --exclude median_time_below=1.5\n"
         "  merl-scan votes kit-votes/votes-*.csv --selection results/selection.csv --thesis");
     command->callback([&chosen, options] { chosen = [options] { return run(*options); }; });
 }

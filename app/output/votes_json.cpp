@@ -100,10 +100,19 @@ ordered_json significance(const scan::Significance& s) {
 }
 
 ordered_json judge(const scan::Judge& who, const scan::JudgeVotes& j) {
-    return {{"judge", as_utf8(who.name)},       {"file", as_utf8(who.file)},
-            {"missing", j.trials.missing},      {"votes", j.sides.votes},
-            {"side_bias", bias(j.bias)},        {"repeats", checks(j.repeats)},
-            {"sentinels", checks(j.sentinels)}, {"response_ms", times(j.times)}};
+    const auto most = j.most_used();
+    const ordered_json key = {{"key", most.key}, {"answers", most.answers}};
+    return {{"judge", as_utf8(who.name)},
+            {"file", as_utf8(who.file)},
+            {"missing", j.trials.missing},
+            {"votes", j.sides.votes},
+            {"side_bias", bias(j.bias)},
+            {"repeats", checks(j.repeats)},
+            {"sentinels", checks(j.sentinels)},
+            {"response_ms", times(j.times)},
+            {"most_used_key", key},
+            {"longest_run", j.longest_run},
+            {"looks_wrong", texts_json(j.doubts)}};
 }
 
 }  // namespace
@@ -131,6 +140,32 @@ ordered_json votes_json(const scan::Votes& votes, const scan::VoteStatistics& st
         {"response_ms", times(statistics.times)},
         {"judges", judges},
         {"configurations", configurations}};
+}
+
+ordered_json exclusion_json(const scan::Votes& votes, const scan::Exclusion& exclusion) {
+    ordered_json rules = ordered_json::array();
+    for (const auto& rule : exclusion.rules) {
+        const bool is_flag = rule.rule == scan::ExclusionRule::calibration_failed;
+        rules.push_back({{"rule", scan::name_of(rule.rule)},
+                         {"value", is_flag ? ordered_json(true) : ordered_json(rule.value)},
+                         {"from", rule.of_kit ? "kit.json" : "--exclude"}});
+    }
+    ordered_json judges = ordered_json::array();
+    for (std::size_t j = 0; j < votes.judges.size(); ++j) {
+        if (exclusion.is_excluded(j)) {
+            ordered_json found = ordered_json::array();
+            for (const auto& finding : exclusion.judges[j]) {
+                found.push_back({{"rule", scan::name_of(finding.rule)}, {"found", finding.text}});
+            }
+            judges.push_back({{"judge", as_utf8(votes.judges[j].name)},
+                              {"file", as_utf8(votes.judges[j].file)},
+                              {"rules", found}});
+        }
+    }
+    return {{"rules", rules},
+            {"not_applied", texts_json(exclusion.not_applied)},
+            {"not_assessed", texts_json(exclusion.not_assessed)},
+            {"judges", judges}};
 }
 
 }  // namespace merl::app

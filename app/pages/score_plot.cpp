@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "app/pages/page.h"
+#include "app/pages/plot.h"
 #include "engine/base/text.h"
 
 namespace merl::app {
@@ -23,7 +24,6 @@ constexpr double kPanel = 220;  // width of a scale
 constexpr double kFigure = 58;  // width of the figures beside it
 constexpr double kGap = 26;     // between panels
 constexpr double kMargin = 24;
-constexpr double kCharacter = 7;      // about the width of one in a label
 constexpr std::size_t kLongest = 36;  // characters of a label
 
 /// One figure of every metric, on a scale.
@@ -32,69 +32,6 @@ struct Panel {
     scan::Estimate scan::MetricScore::*figure;
     double chance;
     std::optional<double> ceiling;
-};
-
-std::size_t characters(std::string_view utf8) {
-    return static_cast<std::size_t>(
-        std::ranges::count_if(utf8, [](char c) { return (c & '\xc0') != '\x80'; }));
-}
-
-/// The first `most` characters, the last of them an ellipsis when some are missing.
-std::string shortened(const std::string& utf8, std::size_t most) {
-    if (characters(utf8) <= most) {
-        return utf8;
-    }
-    std::string text;
-    std::size_t taken = 0;
-    for (const char c : utf8) {
-        taken += (c & '\xc0') != '\x80' ? 1 : 0;
-        if (taken == most) {
-            break;
-        }
-        text += c;
-    }
-    return text + "…";
-}
-
-/// A number as print has it.
-std::string number(double value, int decimals) {
-    const std::string digits = fmt::format("{:.{}f}", std::abs(value), decimals);
-    return (value < 0 ? "−" : "") + digits;
-}
-
-/// Where numbers are on a panel, and which of them have a tick.
-class Scale {
-  public:
-    Scale(double low, double high) : low_(low), high_(high) {
-        const double margin = std::max(0.04 * (high - low), 1e-6);
-        low_ -= margin;
-        high_ += margin;
-        const double rough = (high_ - low_) / 4;
-        const double power = std::pow(10.0, std::floor(std::log10(rough)));
-        const double digit = rough / power;
-        step_ = power * (digit > 7 ? 10 : digit > 3.5 ? 5 : digit > 1.5 ? 2 : 1);
-    }
-
-    double at(double value) const {
-        return kPanel * (std::clamp(value, low_, high_) - low_) / (high_ - low_);
-    }
-
-    std::vector<double> ticks() const {
-        std::vector<double> ticks;
-        for (double k = std::ceil(low_ / step_); k * step_ <= high_; ++k) {
-            ticks.push_back(k * step_ + 0.0);
-        }
-        return ticks;
-    }
-
-    int decimals() const {
-        return std::clamp(static_cast<int>(-std::floor(std::log10(step_))), 0, 9);
-    }
-
-  private:
-    double low_;
-    double high_;
-    double step_;
 };
 
 Scale scale_of(const scan::Score& score, const Panel& panel) {
@@ -109,7 +46,7 @@ Scale scale_of(const scan::Score& score, const Panel& panel) {
             }
         }
     }
-    return {low, high};
+    return {low, high, 0, kPanel, 0.04};
 }
 
 /// A vertical line over all rows, with its name above.
@@ -132,7 +69,7 @@ std::string panel_svg(const scan::Score& score, const std::vector<std::size_t>& 
             "<line class=\"grid\" x1=\"{0:.1f}\" x2=\"{0:.1f}\" y1=\"0\" y2=\"{1:.1f}\"/>"
             "<text class=\"note\" x=\"{0:.1f}\" y=\"{2:.1f}\" text-anchor=\"middle\">{3}"
             "</text>\n",
-            scale.at(tick), height, height + 18, number(tick, scale.decimals()));
+            scale.at(tick), height, height + 18, number_text(tick, scale.decimals()));
     }
     const double chance = scale.at(panel.chance);
     svg += marker(chance, height, "chance", "chance", chance < kPanel / 2 ? "start" : "end");
@@ -157,7 +94,7 @@ std::string panel_svg(const scan::Score& score, const std::vector<std::size_t>& 
                 "<text class=\"figure\" x=\"{:.1f}\" y=\"{:.1f}\" "
                 "text-anchor=\"end\">{}</text>\n",
                 chance_at_best ? " class=\"opposed\"" : "", scale.at(value), y,
-                kPanel + kFigure - 4, y + 4, number(value, 3));
+                kPanel + kFigure - 4, y + 4, number_text(value, 3));
         }
     }
     return svg + "</g>\n";

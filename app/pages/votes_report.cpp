@@ -38,6 +38,14 @@ bool shows(const std::string& image, const std::string& path, const std::string&
     return !shown.empty();
 }
 
+ordered_json plots_json(const std::vector<VotesPlot>& plots) {
+    ordered_json list = ordered_json::array();
+    for (const auto& [name, wide, narrow] : plots) {
+        list.push_back({{"name", name}, {"wide", wide}, {"narrow", narrow}});
+    }
+    return list;
+}
+
 }  // namespace
 
 ordered_json sphere_images(const scan::Votes& votes, const std::string& spheres,
@@ -102,8 +110,10 @@ ordered_json sphere_images(const scan::Votes& votes, const std::string& spheres,
 }
 
 std::string votes_report(const ordered_json& summary, const std::vector<scan::SurveyAnswer>& survey,
-                         const ordered_json& images) {
+                         const ordered_json& images, const std::vector<VotesPlot>& plots,
+                         const std::vector<VotesPlot>& kept_plots) {
     ordered_json data = summary;
+    data["plots"] = {{"all", plots_json(plots)}, {"kept", plots_json(kept_plots)}};
     data["survey"] = ordered_json::array();
     for (const auto& [judge, question, answer] : survey) {
         data["survey"].push_back({as_utf8(judge), as_utf8(question), as_utf8(answer)});

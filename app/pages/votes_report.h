@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "app/pages/votes_plots.h"
 #include "engine/base/error.h"
 #include "scan/votes/survey_file.h"
 #include "scan/votes/votes.h"
@@ -21,9 +22,11 @@ nlohmann::ordered_json sphere_images(const scan::Votes& votes, const std::string
 
 /// votes.html: one page that needs no other file and no network, with the votes per configuration,
 /// p-values, agreement against votes, judges and survey. `summary` is votes_json with what else
-/// summary.json has. Materials without an image are shown by name.
+/// summary.json has. Materials without an image are shown by name. `plots` are of all judges, and
+/// `kept_plots` without the excluded ones, if there are any.
 std::string votes_report(const nlohmann::ordered_json& summary,
                          const std::vector<scan::SurveyAnswer>& survey,
-                         const nlohmann::ordered_json& images);
+                         const nlohmann::ordered_json& images, const std::vector<VotesPlot>& plots,
+                         const std::vector<VotesPlot>& kept_plots);
 
 }  // namespace merl::app

@@ -205,9 +205,9 @@ class KitFilter {
     static constexpr int kDeepest = 100;
     static constexpr int kMostValues = 200'000;  // below a key of the kit
     static constexpr int kMostValuesOfTrial = 100;
-    static constexpr std::array<std::string_view, 12> kKeysOfKit = {
-        "format",    "program",  "kit_hash", "seed",    "selection_hash", "metrics",
-        "reference", "database", "warnings", "options", "practice",       "trials"};
+    static constexpr std::array<std::string_view, 13> kKeysOfKit = {
+        "format",   "program",  "kit_hash", "seed",     "selection_hash", "metrics", "reference",
+        "database", "warnings", "options",  "practice", "exclusion",      "trials"};
     static constexpr std::array<std::string_view, 6> kKeysOfTrial = {
         "configuration", "kind", "left", "right", "expected", "agreement"};
 
@@ -495,6 +495,9 @@ Kit parse_kit(std::string_view text, const std::string& file) {
     }
     if (const auto practice = object.object("practice")) {
         kit.practice = read_sides(*practice);
+    }
+    if (const json* const exclusion = object.find("exclusion")) {
+        kit.exclusion = parse_rules(*exclusion, object.place("exclusion"));
     }
     if (!object.at("trials").is_array() || kit.trials.empty()) {
         object.fail(fmt::format("\"trials\": expected an array of 1 to {} trials", max_trials));

@@ -12,6 +12,7 @@
 
 #include "engine/base/error.h"
 #include "scan/pairs/four_materials.h"
+#include "scan/votes/exclusion_rules.h"
 #include "scan/votes/kit_plan.h"
 
 namespace merl::scan {
@@ -75,6 +76,7 @@ struct Kit {
     KitLots lots;
     KitView view;
     FourMaterials practice;
+    std::vector<StatedRule> exclusion = {};  ///< of the study, if it has one
     std::vector<KitTrial> trials;
 };
 

@@ -1,6 +1,7 @@
 #include "scan/votes/vote_statistics.h"
 
 #include <algorithm>
+#include <array>
 #include <boost/math/distributions/binomial.hpp>
 #include <cmath>
 #include <iterator>
@@ -15,6 +16,7 @@
 #include "scan/statistics/krippendorff.h"
 #include "scan/statistics/sign_test.h"
 #include "scan/statistics/uniform_test.h"
+#include "scan/votes/doubts.h"
 
 namespace merl::scan {
 namespace {
@@ -362,11 +364,27 @@ class Statistics {
             judge.bias.p_value = p_of(judge.bias);
             judge.times = quartiles(times);
             all_times.insert(all_times.end(), times.begin(), times.end());
+            judge.longest_run = longest_run(votes_.judges[j]);
+            judge.doubts = doubts_about(votes_, judge, result.sentinels_known);
             add_up(judge, result);
-            result.judges.push_back(judge);
+            result.judges.push_back(std::move(judge));
         }
         result.bias.p_value = p_of(result.bias);
         result.times = quartiles(all_times);
+    }
+
+    static std::uint64_t longest_run(const Judge& judge) {
+        std::uint64_t longest = 0;
+        std::uint64_t run = 0;
+        std::uint8_t side = 0;
+        for (const auto& ballot : judge.ballots) {
+            if (ballot.shown == 1 || ballot.shown == 3) {
+                run = ballot.shown == side ? run + 1 : 1;
+                side = ballot.shown;
+                longest = std::max(longest, run);
+            }
+        }
+        return longest;
     }
 
     static double p_of(const SideBias& bias) {
@@ -438,6 +456,12 @@ void OptionCounts::add(std::uint8_t vote) {
 double OptionCounts::mean() const {
     return static_cast<double>(votes[0] + 2 * votes[1] + 3 * votes[2]) /
            static_cast<double>(answered());
+}
+
+MostUsedKey JudgeVotes::most_used() const {
+    constexpr std::array<std::string_view, 3> keys = {"left", "equal", "right"};
+    const auto* const most = std::ranges::max_element(trials.votes);
+    return {keys.at(static_cast<std::size_t>(most - trials.votes.begin())), *most};
 }
 
 Estimate Checks::share() const {

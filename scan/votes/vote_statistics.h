@@ -6,6 +6,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "scan/statistics/bootstrap.h"
@@ -69,14 +70,26 @@ struct SideBias {
     double p_value;
 };
 
+/// The key that a judge pressed most often, as the screen has it: "left", "equal" or "right".
+struct MostUsedKey {
+    std::string_view key;
+    std::uint64_t answers;
+};
+
 /// One judge. Sides are of the first looks at configurations of the selection.
 struct JudgeVotes {
     OptionCounts sides;
     OptionCounts trials;  ///< all trials, as on the screen
-    SideBias bias;        ///< all but sentinels
-    Checks repeats;       ///< the same answer, sides undone, as the first time
-    Checks sentinels;     ///< the answer that both metrics give
+    /// Most answers in a row, as they were shown, for the same side of the screen; "equal" between
+    /// them counts neither way.
+    std::uint64_t longest_run;
+    SideBias bias;     ///< all but sentinels
+    Checks repeats;    ///< the same answer, sides undone, as the first time
+    Checks sentinels;  ///< the answer that both metrics give
     ResponseTimes times;
+    std::vector<std::string> doubts;  ///< doubts.h
+
+    MostUsedKey most_used() const;
 };
 
 /// How often judges chose the approximations of one label, or those of one label beside another.

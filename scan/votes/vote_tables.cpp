@@ -1,11 +1,15 @@
 #include "scan/votes/vote_tables.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 #include <map>
+#include <string_view>
+#include <vector>
 
 #include "scan/io/csv.h"
 
@@ -22,49 +26,68 @@ std::string materials_text(const FourMaterials& materials) {
 }
 
 /// The columns of votes with their sides undone.
-std::string side_columns(const Votes& votes) {
-    return fmt::format("{},votes_equal,{}", csv_field("votes_" + votes.first_metric),
-                       csv_field("votes_" + votes.second_metric));
+std::string side_columns(const Votes& votes, const std::string& before = "") {
+    return fmt::format("{},{}votes_equal,{}", csv_field(before + "votes_" + votes.first_metric),
+                       before, csv_field(before + "votes_" + votes.second_metric));
+}
+
+/// The names of the columns of votes_columns().
+std::string votes_header(const Votes& votes, const std::string& before) {
+    const auto column = [&](const std::string& metric, const char* end) {
+        return csv_field(fmt::format("{}p_{}{}", before, metric, end));
+    };
+    return fmt::format("{0},{1}missing,{1}mean,{2},{3},{4},{5},{1}favours",
+                       side_columns(votes, before), before, column(votes.second_metric, ""),
+                       column(votes.second_metric, "_holm"), column(votes.first_metric, ""),
+                       column(votes.first_metric, "_holm"));
+}
+
+/// The votes on a configuration and what they say, each after a comma.
+void append_votes(std::string& text, const Votes& votes, const ConfigurationVotes& row) {
+    append_counts(text, row.sides);
+    text += fmt::format(",{}", row.sides.missing);
+    for (const double figure :
+         {row.sides.mean(), row.p_second, row.p_second_holm, row.p_first, row.p_first_holm}) {
+        append_figure(text, figure);
+    }
+    text += ',';
+    if (row.p_second <= significance_level) {
+        text += csv_field(votes.second_metric);
+    } else if (row.p_first <= significance_level) {
+        text += csv_field(votes.first_metric);
+    }
 }
 
 }  // namespace
 
-void write_configuration_votes(int file, const Votes& votes, const VoteStatistics& statistics) {
-    const auto column = [](const std::string& metric, const char* end) {
-        return csv_field(fmt::format("p_{}{}", metric, end));
-    };
-    std::string text = fmt::format(
-        "configuration,kind,left_1,left_2,right_1,right_2,agreement,{},missing,mean,{},{},{},{},"
-        "favours\n",
-        side_columns(votes), column(votes.second_metric, ""), column(votes.second_metric, "_holm"),
-        column(votes.first_metric, ""), column(votes.first_metric, "_holm"));
-    for (const auto& row : statistics.configurations) {
+void write_configuration_votes(int file, const Votes& votes, const VoteStatistics& statistics,
+                               const VoteStatistics* kept) {
+    std::string text =
+        fmt::format("configuration,kind,left_1,left_2,right_1,right_2,agreement,{}{}\n",
+                    votes_header(votes, ""),
+                    kept == nullptr ? "" : fmt::format(",{}", votes_header(votes, "kept_")));
+    for (std::size_t i = 0; i < statistics.configurations.size(); ++i) {
+        const auto& row = statistics.configurations[i];
         const auto& configuration = votes.configurations[row.configuration];
         text += fmt::format("{},{},{}", configuration.number, kind_name(configuration.kind),
                             materials_text(configuration.materials));
         append_figure(text, configuration.agreement.value_or(std::nan("")));
-        append_counts(text, row.sides);
-        text += fmt::format(",{}", row.sides.missing);
-        for (const double figure :
-             {row.sides.mean(), row.p_second, row.p_second_holm, row.p_first, row.p_first_holm}) {
-            append_figure(text, figure);
-        }
-        text += ',';
-        if (row.p_second <= significance_level) {
-            text += csv_field(votes.second_metric);
-        } else if (row.p_first <= significance_level) {
-            text += csv_field(votes.first_metric);
+        append_votes(text, votes, row);
+        if (kept != nullptr) {
+            append_votes(text, votes, kept->configurations[i]);
         }
         text += '\n';
     }
     write_all(file, text);
 }
 
-void write_judge_votes(int file, const Votes& votes, const VoteStatistics& statistics) {
+void write_judge_votes(int file, const Votes& votes, const VoteStatistics& statistics,
+                       const Exclusion& exclusion) {
     std::string text = fmt::format(
         "judge,file,trials,missing,{},shown_left,shown_equal,shown_right,swapped,side_bias_p,"
         "repeats,repeats_same,repeats_opposite,sentinels,sentinel_failures,response_ms_quartile_1,"
-        "response_ms_median,response_ms_quartile_3\n",
+        "response_ms_median,response_ms_quartile_3,most_used_key,most_used_key_answers,longest_run,"
+        "looks_wrong,excluded_by\n",
         side_columns(votes));
     for (std::size_t j = 0; j < votes.judges.size(); ++j) {
         const auto& judge = statistics.judges[j];
@@ -81,7 +104,13 @@ void write_judge_votes(int file, const Votes& votes, const VoteStatistics& stati
         for (const double quartile : judge.times.quartiles) {
             append_figure(text, quartile);
         }
-        text += '\n';
+        const auto most = judge.most_used();
+        std::vector<std::string_view> rules;
+        std::ranges::transform(exclusion.judges[j], std::back_inserter(rules),
+                               [](const Finding& finding) { return name_of(finding.rule); });
+        text += fmt::format(
+            ",{},{},{},{},{}\n", most.answers > 0 ? most.key : "", most.answers, judge.longest_run,
+            csv_free_text(fmt::format("{}", fmt::join(judge.doubts, "; "))), fmt::join(rules, " "));
     }
     write_all(file, text);
 }

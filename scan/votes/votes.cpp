@@ -282,9 +282,14 @@ Votes gather_votes(const SelectionFile& selection, const std::string& selection_
         index[votes.configurations[k].number] = k;
     }
     for (const auto* file : counted) {
-        Judge judge{.name = file->judge, .file = file->file, .ballots = {}};
+        Judge judge{.name = file->judge,
+                    .file = file->file,
+                    .ballots = {},
+                    .calibration_failed = file->calibration_failed};
         std::set<Trial> missing = experiment.trials();
-        for (const auto& row : file->rows) {
+        auto rows = file->rows;
+        std::ranges::sort(rows, {}, &TrialRow::trial);
+        for (const auto& row : rows) {
             const bool repeat = row.kind == TrialKind::repeat;
             missing.erase({row.configuration, repeat});
             judge.ballots.push_back({.configuration = index.at(row.configuration),

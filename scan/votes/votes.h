@@ -42,7 +42,9 @@ struct Ballot {
 struct Judge {
     std::string name;
     std::string file;
-    std::vector<Ballot> ballots;  ///< every trial of the experiment, those without a row last
+    /// Every trial of the experiment, in the order shown, those without a row last.
+    std::vector<Ballot> ballots;
+    std::optional<bool> calibration_failed = {};  ///< none: the screen was not calibrated
 };
 
 /// The votes of all judges on one selection.

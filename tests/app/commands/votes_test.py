@@ -1,12 +1,20 @@
 """merl-scan votes and power: judges' files, through to tables, report and score."""
 
 import base64
+import collections
 import itertools
 import json
+import math
 import os
 import random
+import re
+import shutil
+import statistics
 import struct
+import subprocess
+import time
 import zlib
+from xml.etree import ElementTree
 
 import support
 from browser import CHROMIUM, Browser
@@ -14,14 +22,15 @@ from reference_selection import write_reference_selection
 from support import INPUT, USAGE, Case, read_csv, read_json
 from tables import COLUMNS, write_rows, write_table
 
-FILES = ["configurations.csv", "judgements.csv", "judges.csv", "summary.json", "survey.csv",
-         "votes.html"]
+FILES = ["configurations.csv", "judgements.csv", "judgements_kept.csv", "judges.csv", "summary.json",
+         "survey.csv", "votes.html"]
 
 # The votes of the thesis: 85 configurations with 3,3,3,3,3 and so on.
 THESIS = ["33333"] * 85 + ["33332"] * 13 + ["33322", "33331"]
 
 HOSTILE = ["=1+1", '</script><script>document.title="hit"</script>', "<img src=x onerror=alert(1)>",
-           'a "quoted", name', "ä\u202e", "%DATA%", "../../etc/passwd", "x\x07y"]
+           'a "quoted", name', "ä\u202e", "%DATA%", "../../etc/passwd", "x\x07y",
+           "no\uffffcharacter"]
 
 
 class Votes(Case):
@@ -179,6 +188,218 @@ class Votes(Case):
         other = read_json(self.work / "again" / "summary.json")["figures"]
         self.assertEqual(other["selection"]["lead"], figures["selection"]["lead"])
         self.assertNotEqual(other["krippendorff_alpha"], figures["krippendorff_alpha"])
+
+    def careless(self, file):
+        """Makes the votes of a file those of a judge who pressed one key after a tenth of a second."""
+        header, rows = read_csv(self.work / file)
+        for row in rows:
+            row[9], row[10] = "1", "100"
+        write_rows(self.work / file, header, rows)
+
+    def plain_figures(self, files):
+        """By judge: failed and answered sentinels, repeats alike and answered, median seconds, answers
+        by key; and the un-randomised votes by configuration."""
+        kit = read_json(self.work / "kit.json")
+        expected = {t["configuration"]: t["expected"] for t in kit["trials"] if "expected" in t}
+        judges, votes = [], []
+        for file in files:
+            sides, repeats, failed, times, keys = {}, {}, 0, [], [0, 0, 0]
+            for row in (dict(zip(COLUMNS, row)) for row in read_csv(self.work / file)[1]):
+                if not row["vote"]:
+                    continue
+                key, number = int(row["vote"]), int(row["configuration"])
+                side = 4 - key if row["swapped"] == "1" else key
+                keys[key - 1] += 1
+                times.append(float(row["response_ms"]) / 1000)
+                if row["kind"] == "sentinel":
+                    failed += side != expected[number]
+                (repeats if row["kind"] == "repeat" else sides)[number] = side
+            alike = sum(sides[number] == side for number, side in repeats.items())
+            judges.append({"failed": failed, "sentinels": len(expected), "alike": alike,
+                           "repeats": len(repeats), "seconds": statistics.median(times), "keys": keys})
+            votes.append(sides)
+        return judges, votes
+
+    def test_careless_judges_are_named_and_left_out(self):
+        files, rows = self.experiment()
+        self.careless(files[4])
+        judges, votes = self.plain_figures(files)
+        arguments = ("votes", *files, "--selection", self.selection, "--kit", "kit.json")
+        rules = {"sentinels_failed": 3, "repeats_below": 0.3, "median_time_below": 0.5,
+                 "same_key_above": 0.9}
+        def falls(judge):
+            tests = {"sentinels_failed": judge["failed"] >= 3,
+                     "repeats_below": judge["alike"] / judge["repeats"] < 0.3,
+                     "median_time_below": judge["seconds"] < 0.5,
+                     "same_key_above": max(judge["keys"]) / sum(judge["keys"]) > 0.9}
+            return [rule for rule, holds in tests.items() if holds]
+        expected = [falls(judge) for judge in judges]
+        self.assertGreaterEqual(len(expected[4]), 2)
+        kept = [file for file, reasons in zip(files, expected) if not reasons]
+        self.assertLess(len(kept), len(files))
+        # Nothing is left out unasked, but it is said what looks wrong, and how it would come by lot.
+        output = self.assert_success(*arguments, "--out", "plain")
+        plain = read_json(self.work / "plain" / "summary.json")
+        self.assertIsNone(plain["exclusion"])
+        self.assertEqual((self.work / "plain" / "judgements_kept.csv").read_bytes(),
+                         (self.work / "plain" / "judgements.csv").read_bytes())
+        careless = judges[4]
+        passed = careless["sentinels"] - careless["failed"]
+        right = sum(math.comb(10, k) for k in range(passed, 11)) / 2 ** 10
+        for words in (f"failed {careless['failed']} of 10 sentinels: answers by lot fail as few with "
+                      f"p {right:.2g}",
+                      "answered left 75 of 75 times: by lot p 5.3e-23",
+                      "has a median response of 0.1 s, in which both materials of a side cannot"):
+            self.assertRegex(output, rf"(?m)^(looks wrong|) +judge 4 {re.escape(words)}")
+        # Every figure without them is that of a run without their files.
+        options = [f"--exclude={rule}={value}" for rule, value in rules.items()]
+        output = self.assert_success(*arguments, *options, "--out", "out")
+        self.assert_success("votes", *kept, "--selection", self.selection, "--kit", "kit.json",
+                            "--out", "kept")
+        summary = read_json(self.work / "out" / "summary.json")
+        self.assertEqual(summary["figures"], plain["figures"])
+        alone = read_json(self.work / "kept" / "summary.json")["figures"]
+        self.assertEqual(summary["exclusion"]["figures"], alone)
+        self.assertEqual(summary["exclusion"]["rules"],
+                         [{"rule": rule, "value": value, "from": "--exclude"} for rule, value in rules.items()])
+        self.assertEqual([[j["judge"], [r["rule"] for r in j["rules"]]] for j in summary["exclusion"]["judges"]],
+                         [[f"judge {i}", reasons] for i, reasons in enumerate(expected) if reasons])
+        self.assertEqual((self.work / "out" / "judgements_kept.csv").read_bytes(),
+                         (self.work / "kept" / "judgements.csv").read_bytes())
+        self.assertIn(f"excluded        {len(files) - len(kept)} of 12 judges, by sentinels_failed=3, ", output)
+        self.assertRegex(output, r"(?m)^ +judge 4: 85 of 85 answers with one key, left \(same_key_above\)$")
+        self.assertEqual(output.count("Krippendorff's alpha"), 2)
+        header, table = read_csv(self.work / "out" / "judges.csv")
+        self.assertEqual([dict(zip(header, row))["excluded_by"].split() for row in table], expected)
+        header, table = read_csv(self.work / "out" / "configurations.csv")
+        for row in (dict(zip(header, row)) for row in table):
+            mine = [sides[int(row["configuration"])] for sides, reasons in zip(votes, expected) if not reasons]
+            self.assertEqual([int(row[f"kept_votes_{side}"]) for side in ("one", "equal", "two")],
+                             [mine.count(side) for side in (1, 2, 3)])
+            ways = [1]  # by lot, to each sum
+            for _ in mine:
+                ways = [sum(ways[max(0, s - 2):s + 1]) for s in range(len(ways) + 2)]
+            chance = sum(ways[sum(mine) - len(mine):]) / 3 ** len(mine)
+            self.assertAlmostEqual(float(row["kept_p_two"]), chance, delta=1e-12)
+        table = self.assert_success(*arguments, *options, "--thesis")
+        self.assertIn(f"without {len(files) - len(kept)} of 12 judges, by sentinels_failed=3", table)
+        self.assertEqual(table.count("of 60 configurations favour two"), 2)
+        # The votes that were kept are of the same selection.
+        result = self.run_program("score", "--judgements", "out/judgements_kept.csv", "--distances",
+                                  "t.csv", "--out", "score")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertEqual(read_json(self.work / "score" / "summary.json")["judgements"]["selected_by"],
+                         ["one", "two"])
+        self.assert_exclusion_page(self.work / "out" / "votes.html", summary)
+        self.assert_rules_of_kit(arguments, kept, alone)
+
+    def assert_exclusion_page(self, page, summary):
+        """votes.html shows the figures of everybody, and those of the others at a click."""
+        if CHROMIUM is None:
+            raise AssertionError("there is no chromium; scripts/setup.sh installs it")
+        lost = len(summary["exclusion"]["judges"])
+        with Browser() as browser:
+            for width in 1200, 390:
+                browser.open(page, width=width)
+                self.assertEqual(browser.complaints(), [])
+                self.assertLessEqual(browser.run("document.documentElement.scrollWidth"), width)
+                self.assertRegex(browser.text("#rules"), rf" {lost} judges? of 12 falls? under one\.$")
+                self.assertIn("answered left 75 of 75 times", browser.text("#doubts"))
+                for value, figures in (("all", summary["figures"]), ("kept", summary["exclusion"]["figures"])):
+                    button = f"#counted input[value={value}]"
+                    browser.run(f"document.querySelector('{button}').scrollIntoView({{block: 'center'}})")
+                    browser.click(button)
+                    shares = browser.run("[...document.querySelectorAll('#shares td:last-child')]"
+                                         ".map(cell => Number(cell.textContent))")
+                    self.assertEqual(shares, figures["selection"]["votes"])
+                    self.assertEqual(browser.run("document.querySelectorAll('#judges tbody tr').length"),
+                                     len(figures["judges"]))
+                    titles = browser.run("[...document.querySelectorAll('figure svg > title')].map(t => t.textContent)")
+                    self.assertEqual([f"({12 - lost} of 12 judges)" in title for title in titles],
+                                     [value == "kept"] * 4)
+                self.assertEqual(browser.complaints(), [])
+
+    def assert_rules_of_kit(self, arguments, kept, alone):
+        """What the study stated beforehand counts without being asked for."""
+        path = self.work / "kit.json"
+        kit = read_json(path)
+        kit["exclusion"] = {"sentinels_failed": 3, "repeats_below": 0.3, "median_time_below": 0.5,
+                            "same_key_above": 0.5, "calibration_failed": False}
+        path.write_text(json.dumps(kit))
+        output = self.assert_success(*arguments, "--exclude", "same_key_above=0.9", "--out", "stated")
+        self.assertIn("sentinels_failed=3 (kit.json), ", output)
+        self.assertIn("same_key_above=0.9\n", output)
+        exclusion = read_json(self.work / "stated" / "summary.json")["exclusion"]
+        self.assertEqual(exclusion["figures"], alone)
+        self.assertEqual([rule["from"] for rule in exclusion["rules"]], ["kit.json"] * 3 + ["--exclude"])
+        # A rule without data: of the kit it is a warning, of the command line an error.
+        kit["exclusion"] = {"calibration_failed": True}
+        path.write_text(json.dumps(kit))
+        result = self.run_program(*arguments, "--out", "uncalibrated", "--quiet")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertIn("cannot be applied: the rule calibration_failed=true of kit.json: no file has a "
+                      "calibration", self.only_line(result.stderr))
+        self.assert_refused(INPUT, ["--exclude calibration_failed=true", "no file has a calibration"],
+                            *arguments, "--exclude", "calibration_failed=true")
+        for exclusion, words in (({"sentinels": 2}, ["kit.json, exclusion", "sentinels_failed, repeats_below"]),
+                                 ({"repeats_below": 2}, ["kit.json, exclusion, repeats_below", "found 2"]),
+                                 ({"repeats_below": True}, ["repeats_below", "found true"]),
+                                 ({"calibration_failed": 1}, ["calibration_failed", "true or false"]),
+                                 ([], ["kit.json, exclusion", "expected an object"])):
+            kit["exclusion"] = exclusion
+            path.write_text(json.dumps(kit))
+            self.assert_refused(INPUT, words, *arguments)
+        del kit["exclusion"]
+        path.write_text(json.dumps(kit))
+        # Where nobody is left all files are there, and the error says so.
+        result = self.run_program(*arguments, "--exclude", "median_time_below=3600", "--out", "nobody")
+        self.assertEqual(result.returncode, INPUT)
+        self.assertIn("every judge falls under a rule of exclusion (median_time_below=3600)",
+                      self.only_line(result.stderr))
+        self.assertIn("the results are complete and in place", result.stderr)
+        self.assertEqual(sorted(os.listdir(self.work / "nobody")), FILES)
+        nobody = read_json(self.work / "nobody" / "summary.json")
+        self.assertEqual(nobody["exclusion"]["figures"]["selection"]["votes"], [0, 0, 0])
+        with Browser() as browser:
+            browser.open(self.work / "nobody" / "votes.html")
+            self.assertEqual(browser.complaints(), [])
+            self.assertIn("nobody is left", browser.text("#rules"))
+
+    def test_bad_rules_of_exclusion(self):
+        rows = self.select([f"m{i}" for i in range(8)], 10)
+        good = self.write_judge("good", self.trials(rows, lambda _: 3))
+        arguments = ("votes", good, "--selection", self.selection, "--exclude")
+        for rule, words in (("sentinels=2", ['"sentinels=2"', "sentinels_failed, repeats_below"]),
+                            ("sentinels_failed", ["RULE=VALUE"]),
+                            ("sentinels_failed=0", ["whole number from 1"]),
+                            ("sentinels_failed=1.5", ["whole number from 1"]),
+                            ("repeats_below=1.1", ["fraction above 0"]),
+                            ("median_time_below=-1", ["seconds above 0"]),
+                            ("median_time_below=nan", ["seconds above 0"]),
+                            ("same_key_above=1", ["below 1"]),
+                            ("calibration_failed=yes", ["true or false"])):
+            self.assert_refused(USAGE, ["--exclude", *words], *arguments, rule)
+        self.assert_refused(USAGE, ["--exclude", "repeats_below twice"], *arguments, "repeats_below=0.5",
+                            "--exclude", "repeats_below=0.6")
+        for rule, words in (("sentinels_failed=2", ["there are no sentinels"]),
+                            ("repeats_below=0.5", ["there are no repeats"]),
+                            ("same_key_above=0.9", ["sides were never exchanged"])):
+            self.assert_refused(INPUT, [f"--exclude {rule}", *words], *arguments, rule)
+        untimed = self.trials(rows, lambda _: 3)
+        for trial in untimed:
+            trial[8] = ""
+        self.assert_refused(INPUT, ["median_time_below=1", "no file has response times"], "votes",
+                            self.write_judge("untimed", untimed), "--selection", self.selection,
+                            "--exclude", "median_time_below=1")
+        # One of them has times: of the other the rule says nothing.
+        output = self.assert_success("votes", good, "untimed.csv", "--selection", self.selection,
+                                     "--exclude", "median_time_below=0.1", "--out", "out")
+        self.assertIn("median_time_below=0.1 says nothing of untimed, who has no response times", output)
+        others = [["11", *rows[0][1:5]]]
+        sentinel = self.write_judge("sentinel", [*self.trials(rows, lambda _: 3),
+                                                 *self.trials(others, lambda _: 3, kind="sentinel")])
+        self.assert_refused(INPUT, ["sentinels_failed=1", "--kit"], "votes", sentinel, "--selection",
+                            self.selection, "--exclude", "sentinels_failed=1")
 
     def assert_circular(self, result, score):
         """Votes on a selection say of the two metrics that chose it only which is right."""
@@ -417,8 +638,8 @@ class Votes(Case):
                                   if not address.startswith("data:")], [page.resolve().as_uri()])
                 self.assertEqual(browser.run("document.title"), "What the judges say")
                 self.assertEqual(browser.run("document.querySelectorAll('#rows li').length"), len(rows))
-                self.assertEqual(browser.run("document.querySelectorAll('#p-plot circle').length"),
-                                 len(rows))
+                self.assertEqual(browser.run("document.querySelectorAll('[data-plot=p-values] circle').length"),
+                                 len(rows) + 2)  # and those that say what the colours are
                 self.assertLessEqual(browser.run("document.documentElement.scrollWidth"), width)
                 images = browser.run("[...document.querySelectorAll('#rows img')].map(i => [i.alt, i.src])")
                 self.assertEqual({name for name, _ in images}, {HOSTILE[0], HOSTILE[3]})
@@ -435,6 +656,108 @@ class Votes(Case):
             counts = [[int(part.split()[-1]) for part in text.split(", ")] for text in shares]
             leads = [two - one for one, _, two, _ in counts]
             self.assertEqual(leads, sorted(leads, reverse=True))
+
+    def save_pictures(self, browser, selector):
+        """Clicks every button that saves a picture; returns the files by name, each with its bytes."""
+        buttons = browser.run(f"document.querySelectorAll('{selector} button').length")
+        files = {}
+        for number in range(buttons):
+            button = f"[data-test='{number}']"
+            browser.run(f"(b => {{ b.dataset.test = '{number}'; b.scrollIntoView({{block: 'center'}}); }})"
+                        f"(document.querySelectorAll('{selector} button')[{number}])")
+            browser.click(button)
+            end = time.monotonic() + 60
+            while not (new := [path for path in self.work.glob("saved/*.[sp]*g") if path.name not in files]):
+                self.assertLess(time.monotonic(), end)
+                time.sleep(0.02)
+            files[new[0].name] = new[0].read_bytes()
+        return files
+
+    def texts_of(self, svg):
+        """Everything that can be read in a picture, which needs nothing from elsewhere."""
+        root = ElementTree.fromstring(svg)
+        self.assertEqual({element.tag.split("}")[1] for element in root.iter()} -
+                         {"svg", "title", "rect", "line", "text", "circle", "path"}, set())
+        self.assertNotIn(b"href", svg)
+        return root, [element.text or "" for element in root.iter("{http://www.w3.org/2000/svg}text")]
+
+    def test_pictures_of_the_thesis(self):
+        """Figures 5.2 and 6.1 to 6.4, in the page and as the files that it saves."""
+        if CHROMIUM is None:
+            raise AssertionError("there is no chromium; scripts/setup.sh installs it")
+        files = self.write_thesis()
+        answers = {"instructions_clear": ["yes", "yes", "no", "no", "no"],
+                   "preferred_question": ["larger", "larger", "smaller", "smaller", "either"],
+                   "frequency": ["about right"] * 4 + ["too fast"], "sphere_size": ["about right"] * 5,
+                   "keys_easy": ["5", "5", "5", "4", "4"], "vision_impairment": ["no"] * 5,
+                   "comments": ["", "", "", "more & <b>better</b>", "more"], "hand": ["left", "right", "right", "left", ""]}
+        write_rows(self.work / "answers.csv", ["judge", "question", "answer"],
+                   [[f"judge {j}", question, given[j]] for question, given in answers.items() for j in range(5)])
+        self.assert_success("votes", *files, "--selection", self.selection, "--survey", "answers.csv",
+                            "--out", "out")
+        names = ["judgement-summary", "shares", "p-values", "agreement"]
+        names += [f"survey-{question.replace('_', '-')}" for question in answers if question != "comments"]
+        (self.work / "saved").mkdir()
+        with Browser() as browser:
+            browser.call("Page.setDownloadBehavior", behavior="allow", downloadPath=str(self.work / "saved"))
+            browser.open(self.work / "out" / "votes.html", width=390)
+            self.assertEqual(browser.complaints(), [])
+            widths = browser.run("[...document.querySelectorAll('figure svg')].map(svg => svg.getBoundingClientRect().width)")
+            self.assertEqual((len(widths), max(widths)), (len(names), 320))
+            self.assertLessEqual(browser.run("document.documentElement.scrollWidth"), 390)
+            browser.open(self.work / "out" / "votes.html")
+            saved = self.save_pictures(browser, "figure")
+            self.assertEqual(browser.complaints(), [])
+            self.assertEqual([address for address in browser.requests() if not address.startswith(("data:", "blob:"))],
+                             [(self.work / "out" / "votes.html").resolve().as_uri()])
+        self.assertEqual(sorted(saved), sorted(f"{name}.{kind}" for name in names for kind in ("svg", "png")))
+        pictures = {name: self.texts_of(saved[f"{name}.svg"]) for name in names}
+        for name, (_, texts) in pictures.items():
+            self.assertNotIn("judge ", " ".join(texts), name)
+        of = lambda name, tag: list(pictures[name][0].iter(f"{{http://www.w3.org/2000/svg}}{tag}"))
+        # The areas are as the votes.
+        radii = [float(disc.get("r")) for disc in of("judgement-summary", "circle")]
+        for radius, votes in zip(radii, (1, 15, 484)):
+            self.assertAlmostEqual((radius / radii[2]) ** 2, votes / 484, delta=0.001)
+        for words in ("1 (0.2 %)", "15 (3.0 %)", "484 (96.8 %)"):
+            self.assertIn(words, pictures["judgement-summary"][1])
+        # The lengths of the bars are as the shares: the boxes but for the ground.
+        bars = [float(box.get("width")) for box in of("shares", "rect")[1:]]
+        for bar, votes in zip(bars, (1, 15, 484)):
+            self.assertAlmostEqual(bar / bars[2], votes / 484, delta=0.001)
+        # A point for each configuration, where its p-value is.
+        lines = {text: y for text, y in zip(pictures["p-values"][1],
+                 [float(e.get("y") or "nan") for e in of("p-values", "text")])}
+        discs = of("p-values", "circle")[2:]
+        heights = collections.Counter(float(disc.get("cy")) for disc in discs)
+        self.assertEqual(sorted(heights.values()), [2, 13, 85])
+        decade = (lines["0.01"] - lines["1"]) / -2
+        self.assertAlmostEqual((max(heights) - min(heights)) / abs(decade),
+                               math.log10(0.0864) - math.log10(0.004115), delta=0.01)
+        # Four of five: the sector ends at four fifths of the turn.
+        sectors = of("survey-frequency", "path")
+        self.assertEqual(len(sectors), 2)
+        x, y, left, top, end, bottom = (float(n) for n in re.match(
+            r"M([\d.]+) ([\d.]+)L([\d.]+) ([\d.]+)A[\d.]+ [\d.]+ 0 1 1 ([\d.]+) ([\d.]+)Z", sectors[0].get("d")).groups())
+        self.assertAlmostEqual(math.atan2(end - x, y - bottom) % math.tau, 0.8 * math.tau, delta=0.01)
+        self.assertAlmostEqual(math.atan2(left - x, y - top), 0, delta=0.01)
+        self.assertIn("about right: 4", pictures["survey-frequency"][1])
+        self.assertIn("too slow: 0", pictures["survey-frequency"][1])
+        # Everybody: a whole disc. And columns as high as the counts.
+        self.assertEqual(len(of("survey-sphere-size", "circle")), 1)
+        self.assertEqual([float(box.get("height")) for box in of("survey-keys-easy", "rect")[1:4]], [0, 0, 0])
+        four, five = [float(box.get("height")) for box in of("survey-keys-easy", "rect")[4:]]
+        self.assertAlmostEqual(four / five, 2 / 3, delta=0.01)
+        self.assertIn("no answer: 1", pictures["survey-hand"][1])
+        for name in names:
+            root, image = pictures[name][0], saved[f"{name}.png"]
+            size = struct.unpack(">II", image[16:24])
+            self.assertEqual(size, (3 * int(root.get("width")), 3 * int(root.get("height"))))
+            self.assertGreater(len(image), 2000)  # more than a ground
+            if shutil.which("rsvg-convert"):
+                other = subprocess.run(["rsvg-convert", "-z", "3"], input=saved[f"{name}.svg"],
+                                       capture_output=True, check=True).stdout
+                self.assertEqual(struct.unpack(">II", other[16:24]), size)
 
     def reference_experiment(self, judges=6):
         """Votes on a kit of originals, by judges who mostly find "mine" more like them than "ward",
