@@ -36,7 +36,7 @@ class Store:
         self.kit_hash = kit["kit_hash"]
         self.trials = {(t["configuration"], t["kind"]): sorted([*t["left"], *t["right"]]) for t in kit["trials"]}
         # A trial with a thousand changed answers, and texts of ten thousand characters.
-        self.most_bytes = 1 << 20 | 4096 * len(self.trials)
+        self.most_bytes = (1 << 20) + 4096 * len(self.trials)
         self.most_files = 10_000
         self.directory = directory
         self.lock = threading.Lock()

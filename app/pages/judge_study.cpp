@@ -149,6 +149,10 @@ const ordered_json& built_in_texts() {
     return texts;
 }
 
+bool is_empty(const ordered_json& text) {
+    return text.get_ref<const std::string&>().empty();
+}
+
 std::string found_text(const ordered_json& value) {
     auto text = value.dump(-1, ' ', false, ordered_json::error_handler_t::replace);
     constexpr std::size_t kMost = 60;
@@ -311,7 +315,7 @@ class StudyReader {
         for (std::size_t i = 0; i < value.size(); ++i) {
             const auto path = fmt::format("languages[{}]", i);
             if (!value[i].is_string() || !is_language_tag(value[i].get<std::string>())) {
-                fail(path, value[i], "a language, as in \"en\" or \"pt-BR\"");
+                fail(path, value[i], R"(a language, as in "en" or "pt-BR")");
             }
             const auto tag = value[i].get<std::string>();
             if (std::ranges::find(tags, tag) != tags.end()) {
@@ -411,9 +415,9 @@ class StudyReader {
         for (const auto& language : languages_) {
             if (!value.contains(language)) {
                 fail(path,
-                     fmt::format("has no text for \"{}\", which \"languages\" offers", language));
+                     fmt::format(R"(has no text for "{}", which "languages" offers)", language));
             }
-            texts[language] = text_at(path + "." + language, value[language]);
+            texts[language] = text_at(fmt::format("{}.{}", path, language), value[language]);
         }
         return texts;
     }
@@ -509,7 +513,7 @@ class StudyReader {
     }
 
     std::string read_name(const std::string& path, const ordered_json& value) const {
-        const auto name = value.is_string() ? value.get<std::string>() : "";
+        auto name = value.is_string() ? value.get<std::string>() : "";
         if (name.empty() || name.size() > 60 || !std::ranges::all_of(name, [](char c) {
                 return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '_';
             })) {
@@ -554,7 +558,7 @@ class StudyReader {
             const auto place = fmt::format("{}[{}]", list, i);
             const bool plain = choices[i].is_string();
             if (!plain && !choices[i].is_object()) {
-                fail(place, choices[i], "a text, or an object with \"answer\" and \"text\"");
+                fail(place, choices[i], R"(a text, or an object with "answer" and "text")");
             }
             if (!plain) {
                 expect_known(choices[i], place, {"answer", "text"});
@@ -579,7 +583,7 @@ class StudyReader {
     /// Puts in what other settings decide.
     void complete(ordered_json& settings) const {
         settings["languages"] = languages_;
-        for (auto& item : settings["record"].items()) {
+        for (const auto& item : settings["record"].items()) {
             if (item.value().is_null()) {
                 item.value() = !settings["consent"].is_null();
             }
@@ -690,7 +694,7 @@ class StudyReader {
             std::vector<std::string> missing;
             for (const auto& item : known.items()) {
                 // Nothing stands there.
-                if (item.value() != "" &&
+                if (!is_empty(item.value()) &&
                     !(given.contains(language) && given[language].contains(item.key()))) {
                     missing.push_back(item.key());
                 }
@@ -803,7 +807,7 @@ std::string study_template() {
     const auto& all = built_in_texts();
     const auto list = [&text](const ordered_json& texts) {
         for (const auto& item : texts.items()) {
-            if (item.value() != "") {
+            if (!is_empty(item.value())) {
                 text += fmt::format("//   {}: {}\n", ordered_json(item.key()).dump(),
                                     item.value().dump());
             }

@@ -300,6 +300,90 @@ class Study(StudyCase):
                     self.assertEqual(self.browser.run(contrast), [], (kit, screen, width))
 
 
+def lots_of(text):
+    """What the page draws by lot for a judge, from docs/experiment.md: xmur3 seeds sfc32."""
+    mask = 0xFFFFFFFF
+    state = 1779033703 ^ len(text)
+    for character in text:
+        state = (state ^ ord(character)) * 3432918353 & mask
+        state = (state << 13 | state >> 19) & mask
+
+    def seed():
+        nonlocal state
+        state = (state ^ state >> 16) * 2246822507 & mask
+        state = (state ^ state >> 13) * 3266489909 & mask
+        state ^= state >> 16
+        return state
+
+    a, b, c, d = (seed() for _ in range(4))
+
+    def draw():
+        nonlocal a, b, c, d
+        t = (a + b + d) & mask
+        d = (d + 1) & mask
+        a = b ^ b >> 9
+        b = (c + (c << 3)) & mask
+        c = (c << 21 | c >> 11) & mask
+        c = (c + t) & mask
+        return t / 2**32
+
+    for _ in range(20):
+        draw()
+    return draw
+
+
+def order_of(kit, name):
+    """(trial, swapped, turned) as the page shows them to a judge, from kit.json and the name alone."""
+    draw = lots_of(f"{kit['seed']}\n{name}")
+    trials = kit["trials"]
+    order = [i for i, trial in enumerate(trials) if trial["kind"] != "repeat"]
+    for left in range(len(order), 1, -1):
+        other = int(draw() * left)
+        order[left - 1], order[other] = order[other], order[left - 1]
+    for i, trial in enumerate(trials):
+        if trial["kind"] == "repeat":
+            first = next(place for place, t in enumerate(order) if trials[t]["configuration"] == trial["configuration"])
+            earliest = min(first + 11, len(order))
+            order.insert(earliest + int(draw() * (len(order) - earliest + 1)), i)
+    return [[trial, draw() < 0.5, [draw() < 0.5, draw() < 0.5]] for trial in order]
+
+
+def most_chi_squared(freedom, z):
+    """The quantile of chi squared where a standard normal variable has z (Wilson and Hilferty 1931)."""
+    return freedom * (1 - 2 / (9 * freedom) + z * math.sqrt(2 / (9 * freedom))) ** 3
+
+
+class Randomisation(StudyCase):
+    @classmethod
+    def make_kit(cls, out, *options):
+        super().make_kit(out, "--seed", "7")
+
+    def test_a_thousand_judges(self):
+        """Sides, turns and places are balanced, and each judge's are known from kit.json and the name."""
+        self.show()
+        judges = 1000
+        orders = self.browser.run(f"Array.from({{length: {judges}}}, (_, i) => orderFor('judge' + i).map(o => [o.trial, o.swapped, o.turned]))")
+        self.assertEqual(orders, [order_of(self.kit, f"judge{i}") for i in range(judges)])
+        trials = self.kit["trials"]
+        firsts = [i for i, trial in enumerate(trials) if trial["kind"] != "repeat"]
+        places = {trial: [0] * len(firsts) for trial in firsts}
+        chosen = {}
+        for order in orders:
+            for place, trial in enumerate(trial for trial, *_ in order if trial in places):
+                places[trial][place] += 1
+            for trial, swapped, turned in order:
+                for which, drawn in enumerate([swapped, *turned]):
+                    chosen[trial, which] = chosen.get((trial, which), 0) + drawn
+        # Pearson's chi squared at 0.001 (z = 3.09): every trial at every place alike; every coin of every trial fair.
+        expected = judges / len(firsts)
+        found = sum((count - expected) ** 2 / expected for counts in places.values() for count in counts)
+        self.assertLess(found, most_chi_squared((len(firsts) - 1) ** 2, 3.09))
+        coins = sum((count - judges / 2) ** 2 / (judges / 4) for count in chosen.values())
+        self.assertEqual(len(chosen), 3 * len(trials))
+        self.assertLess(coins, most_chi_squared(len(chosen), 3.09))
+        self.assertGreater(coins, most_chi_squared(len(chosen), -3.09))  # nor too even for lots
+
+
 class Posting(StudyCase):
     @classmethod
     def make_kit(cls, out, *options):
