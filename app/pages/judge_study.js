@@ -532,7 +532,8 @@ function showDone() {
     for (const id of ['saveAll', 'saveVotes', 'saveSurvey'])
         byId(id).textContent = text(byId(id).dataset.text);
     byId('saveSurvey').hidden = questionsBefore.length + questionsAfter.length === 0;
-    byId('debriefing').hidden = study.debrief === null;
+    byId('toSurvey').hidden = questionsAfter.length === 0;
+  byId('debriefing').hidden = study.debrief === null;
     byId('debrief').textContent = text('debrief');
     if (kit.post)
         deliver();

@@ -66,6 +66,13 @@ class Value {
         return value_.get<double>();
     }
 
+    bool flag() const {
+        if (!value_.is_boolean()) {
+            fail("true or false");
+        }
+        return value_.get<bool>();
+    }
+
     bool is_null() const { return value_.is_null(); }
     const json& get() const { return value_; }
 
@@ -168,7 +175,9 @@ JudgeFile parse_judge_file(std::string_view text, const std::string& file) {
                                  .answer = survey.at(answer.key().c_str()).text()});
     }
     if (const auto calibration = value.at("calibration"); !calibration.is_null()) {
-        result.calibration_failed = calibration.at("passed").get() == false;
+        if (const auto passed = calibration.at("passed"); !passed.is_null()) {
+            result.votes.calibration_failed = !passed.flag();
+        }
     }
     return result;
 }

@@ -14,7 +14,6 @@ namespace merl::scan {
 struct JudgeFile {
     VoteFile votes;
     std::vector<SurveyAnswer> survey;
-    bool calibration_failed = false;  ///< the check of the screen's gamma
 };
 
 /// Whether a text is one of these, which begin with a brace.

@@ -75,8 +75,9 @@ struct Kit {
     KitLots lots;
     KitView view;
     FourMaterials practice;
-    std::vector<FourMaterials> more_practice = {};  ///< after it, where a study asks for more
     std::vector<KitTrial> trials;
+    /// After `practice`, where a study asks for more.
+    std::vector<FourMaterials> more_practice = {};
     std::string study = {};       ///< the settings of its study file (JSON); empty: it has none
     std::string study_hash = {};  ///< content hash of that file
     std::string post = {};        ///< where the page sends what judges answer; empty: nowhere

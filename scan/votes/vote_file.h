@@ -49,6 +49,7 @@ struct VoteFile {
     std::string judge;
     std::string kit_hash;
     std::vector<TrialRow> rows;
+    std::optional<bool> calibration_failed = {};  ///< none: nothing was checked, or it is CSV
 };
 
 /// Reads a judge's file from CSV (csv_reader.h): judge,trial,configuration,kind,left_1,left_2,

@@ -168,6 +168,53 @@ class Study(Case):
             self.assertAlmostEqual(lights[0], kit["images"]["exposure"][name][0] - 1)
         self.assertLess(max(share for lights in darker["images"]["clipped"].values() for share in lights), min(shares))
 
+    def judge_file(self, kit, name):
+        """What the page would save: everything in one file, and as CSV."""
+        trials, rows = [], ["judge,trial,configuration,kind,left_1,left_2,right_1,right_2,swapped,vote,response_ms,seed,kit_hash"]
+        for place, trial in enumerate(kit["trials"]):
+            swapped = place % 2
+            left, right = (trial["right"], trial["left"]) if swapped else (trial["left"], trial["right"])
+            vote, time = (None, None) if place == 2 else (1 + place % 3, 1500 + place)
+            trials.append({"trial": place + 1, "configuration": trial["configuration"], "kind": trial["kind"], "left": left,
+                           "right": right, "swapped": swapped, "vote": vote, "response_ms": time, "looks": 1})
+            rows.append(",".join(map(str, [name, place + 1, trial["configuration"], trial["kind"], *left, *right, swapped,
+                                           "" if vote is None else vote, "" if time is None else time, 1, kit["kit_hash"]])))
+        return {"format": "merl-scan judge", "version": 1, "kit_hash": kit["kit_hash"], "judge": name, "trials": trials,
+                "survey": {"age": "30", "comments": ""}, "calibration": {"passed": False, "gamma": 1.2}}, "\n".join(rows) + "\n"
+
+    def test_votes_reads_the_one_file(self):
+        _, kit = self.judge({"calibration": {"gamma": True}})
+        (self.work / "mixed").mkdir()
+        for name in "ann", "bo", "cy":
+            everything, rows = self.judge_file(kit, name)
+            (self.work / f"{name}.json").write_text(json.dumps(everything))
+            (self.work / f"{name}.csv").write_text(rows)
+            (self.work / f"{name}-survey.csv").write_text(f"judge,question,answer\n{name},age,30\n{name},comments,\n")
+        votes = ("--selection", "results/selection.csv", "--kit", "kit/kit.json", "--quiet")
+        self.assert_success("votes", "ann.csv", "bo.csv", "cy.csv", *votes, "--out", "csv",
+                            "--survey", "ann-survey.csv", "bo-survey.csv", "cy-survey.csv")
+        self.assert_success("votes", "ann.json", "bo.csv", "cy.json", *votes, "--out", "json", "--survey", "bo-survey.csv")
+        for name in "configurations.csv", "judgements.csv":
+            self.assertEqual((self.work / "json" / name).read_text(), (self.work / "csv" / name).read_text(), name)
+        self.assertEqual(sorted((self.work / "json" / "survey.csv").read_text().splitlines()),
+                         sorted((self.work / "csv" / "survey.csv").read_text().splitlines()))
+        good, _ = self.judge_file(kit, "dan")
+        first, *others = good["trials"]
+        for bad, *words in (("{", "no JSON", "line 1"), ({"format": "x"}, "format", "merl-scan judge"),
+                            ({**good, "version": 2}, "version: found 2", "newer"), ({**good, "judge": ""}, "judge:", "a name"),
+                            ({**good, "trials": []}, "trials: found []"), ({**good, "trials": [1]}, "trials[0]", "an object"),
+                            ({**good, "trials": [first, first]}, "trials[1]", "a second time"),
+                            ({**good, "trials": [{**first, "vote": 4}, *others]}, "trials[0], vote: found 4", "1 to 3"),
+                            ({**good, "trials": [{**first, "swapped": True}, *others]}, "trials[0], swapped"),
+                            ({**good, "trials": [{**first, "left": ["m1"]}, *others]}, "trials[0], left", "2"),
+                            ({**good, "trials": [{**first, "response_ms": -1}, *others]}, "trials[0], response_ms"),
+                            ({**good, "survey": []}, "survey: found []"), ({**good, "survey": {"age": 1}}, "survey, age: found 1"),
+                            ({**good, "calibration": {"passed": 1}}, "calibration, passed: found 1"),
+                            ({key: value for key, value in good.items() if key != "trials"}, '"trials" is missing')):
+            with self.subTest(bad=str(bad)[:80]):
+                (self.work / "bad.json").write_text(bad if isinstance(bad, str) else json.dumps(bad))
+                self.assert_refused(INPUT, ["bad.json", *words], "votes", "bad.json", *votes, "--out", "none")
+
     def test_the_selection_is_needed(self):
         self.assert_refused(USAGE, ["--selection"], "judge", "--out", "kit")
 

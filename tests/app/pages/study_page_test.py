@@ -214,6 +214,8 @@ class Study(StudyCase):
     def test_withdrawing_erases(self):
         self.show(width=1100, height=800)
         self.to_the_trials()
+        self.assert_everything_is_in_the_window([(320, 480), (390, 844), (512, 350), (1100, 800)])
+        self.until("answerable")
         self.answer("1")
         self.until("desk.loose.size === 0")
         self.assertIn("judge:anna", self.stored_keys())
@@ -298,6 +300,72 @@ class Study(StudyCase):
                     self.browser.run("judge.calibration = {css_px_per_mm: 4, distance_mm: 600}; judge.screen = '%s' === 'practice' ? 'practice' : 'done'; show('%s')" % (screen, screen))
                     self.browser.draw()
                     self.assertEqual(self.browser.run(contrast), [], (kit, screen, width))
+
+
+class Timing(StudyCase):
+    """A study without consent, where time runs out and the practice has to be passed."""
+
+    title = "Which spheres change less?"
+
+    @classmethod
+    def select(cls):
+        super().select()
+        (cls.kits / "study.json").write_text(json.dumps({
+            "timing": {"latest_ms": 60000, "between": "blank", "between_ms": 200}, "practice": {"pass": 1, "attempts": 2},
+            "spheres": {"unit": "pixels", "diameter": 90}, "after": []}))
+
+    def pass_practice(self, name):
+        self.browser.run("document.querySelector('[data-language=en]').click()")
+        self.name(name)
+        self.answer("1")
+        self.until_screen("ready")
+        self.step(lambda: self.browser.press("Enter"))
+
+    def test_whoever_does_not_pass_takes_no_part(self):
+        self.show()
+        self.browser.run("document.querySelector('[data-language=en]').click()")
+        self.name("anna")
+        self.answer("2")
+        self.until_screen("ready")
+        self.assertEqual(self.browser.run("[byId('begin').hidden, document.activeElement.id]"), [True, "again"])
+        self.step(lambda: self.browser.press("Enter"))
+        self.answer("3")
+        self.until_screen("refused")
+        self.reload()
+        self.assertEqual(self.screen(), "refused")
+        self.assertTrue(self.browser.run("byId('withdrawHere').hidden"))  # nobody was asked for consent
+        self.assert_calm()
+
+    def test_time_that_runs_out(self):
+        self.show()
+        self.pass_practice("bo")
+        count = len(self.kit["trials"])
+        self.until("judge.marks[0]?.timeouts === 1 && answerable")
+        self.assertEqual(self.place(), 2)
+        for _ in range(count - 1):
+            self.answer("2")
+        # What was lost comes again, before anything else follows.
+        self.assertEqual((self.screen(), self.place()), ("trial", 1))
+        self.until("judge.marks[0].timeouts === 2")
+        self.until("judge.marks[0].looks >= 3")
+        self.assertEqual(self.place(), 1)
+        self.answer("1")
+        self.until_screen("done")  # nothing is asked
+        self.assertTrue(self.browser.run("byId('saveSurvey').hidden && byId('toSurvey').hidden"))
+        found = self.read_download("#saveAll", "judge-bo.json")
+        self.assertEqual([trial["vote"] for trial in found["trials"]], [1] + [2] * (count - 1))
+        self.assertEqual([trial["timeouts"] for trial in found["trials"]], [2] + [0] * (count - 1))
+        self.assertEqual((found["consent"], found["sessions"], found["panel"]), (None, [], {}))
+        # Ninety pixels of a sphere are a hundred of its image.
+        self.assertEqual({trial["image_css_px"] for trial in found["trials"]}, {100})
+        # Nothing is on the screen before a configuration.
+        self.browser.run("speed = 0; judge.screen = 'trial'; show('trial')")
+        self.until("frame > 0 && document.querySelector('#left canvas')")
+        self.browser.draw()
+        self.assertEqual(self.browser.run("document.querySelectorAll('.side .now').length"), 0)
+        self.browser.run("speed = 20")
+        self.until("document.querySelectorAll('.side .now').length === 2")
+        self.assert_calm()
 
 
 def lots_of(text):
