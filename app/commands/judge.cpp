@@ -25,6 +25,7 @@
 #include "app/output/provenance.h"
 #include "app/output/scan_record.h"
 #include "app/pages/judge_page.h"
+#include "app/pages/judge_study.h"
 #include "app/pipeline/spheres.h"
 #include "app/pipeline/version.h"
 #include "engine/base/error.h"
@@ -48,6 +49,9 @@ struct Options {
     std::string selection;
     std::string pairs;
     std::string out = "merl-scan-kit";
+    std::string study;
+    bool study_template = false;
+    std::string post;
     DatabaseOptions database;
     scan::KitPlan plan;
     bool keep_sides = false;
@@ -90,7 +94,7 @@ DistanceFile read_distance_file(const Options& options, const std::string& name,
 /// What judges are shown, and on what they practise.
 struct Trials {
     std::vector<scan::KitTrial> list;
-    scan::FourMaterials practice;
+    std::vector<scan::FourMaterials> practice;
     std::uint64_t sentinel_pairs = 0;  ///< that sentinels are drawn from
 };
 
@@ -98,9 +102,28 @@ bool needs_distances(const scan::KitPlan& plan) {
     return plan.sentinels > 0 || plan.random > 0;
 }
 
+/// So many to practise on: the side that does not change is the left one, then the right one, and
+/// so on, with materials of other rows of the selection.
+std::vector<scan::FourMaterials> practices(const scan::SelectionFile& selection,
+                                           scan::FourMaterials first, std::size_t count) {
+    const auto& rows = selection.configurations;
+    std::vector<scan::FourMaterials> list = {std::move(first)};
+    for (std::size_t i = 1; i < count; ++i) {
+        // Of an original both sides begin with it.
+        const auto& row = rows[rows.size() - 1 - i % rows.size()].materials;
+        list.push_back(i % 2 == 0 ? scan::FourMaterials{row[0], row[0], row[0], row[1]}
+                                  : scan::FourMaterials{row[2], row[3], row[2], row[2]});
+    }
+    return list;
+}
+
+std::size_t practice_count(const Study& study) {
+    return study.settings["practice"]["trials"].get<std::size_t>();
+}
+
 /// Which of two pairs is more alike?
 Trials pair_trials(const Options& options, const scan::SelectionFile& selection,
-                   const FoundRecord& found) {
+                   const FoundRecord& found, const Study& study) {
     std::optional<scan::Distances> distances;
     if (needs_distances(options.plan)) {
         Progress progress("reading", options.quiet);
@@ -113,14 +136,14 @@ Trials pair_trials(const Options& options, const scan::SelectionFile& selection,
         scan::expect_same_scan(selection, *distances, file.path);
     }
     return {.list = scan::plan_kit(selection, distances ? &*distances : nullptr, options.plan),
-            .practice = scan::practice_of(selection),
+            .practice = practices(selection, scan::practice_of(selection), practice_count(study)),
             .sentinel_pairs =
                 options.plan.sentinels > 0 ? scan::sentinel_pairs(distances->pairs()) : 0};
 }
 
 /// Which of two approximations looks more like the original?
 Trials reference_trials(const Options& options, const scan::SelectionFile& selection,
-                        const FoundRecord& found) {
+                        const FoundRecord& found, const Study& study) {
     const auto& reference = found.record->reference;
     scan::expect_reference(selection, reference);
     std::vector<scan::ApproximationDistances> approximations;
@@ -131,7 +154,8 @@ Trials reference_trials(const Options& options, const scan::SelectionFile& selec
         scan::expect_same_scan(selection, approximations, file.path);
     }
     return {.list = scan::plan_reference_kit(selection, approximations, options.plan),
-            .practice = scan::reference_practice(selection),
+            .practice =
+                practices(selection, scan::reference_practice(selection), practice_count(study)),
             .sentinel_pairs = options.plan.sentinels > 0
                                   ? scan::sentinel_approximations(approximations.size())
                                   : 0};
@@ -176,7 +200,7 @@ scan::KitView kit_view(const pipeline::SphereView& view) {
 /// The kit before its spheres are rendered.
 scan::Kit kit_of(const Options& options, const ScannedDatabase& scanned,
                  const scan::SelectionFile& selection, const std::string& selection_hash,
-                 const std::string& reference, Trials trials) {
+                 const std::string& reference, Trials trials, const Study& study) {
     std::vector<std::string> warnings;
     std::ranges::transform(scanned.warnings(), std::back_inserter(warnings), as_utf8);
     return {.file = {},
@@ -195,8 +219,12 @@ scan::Kit kit_of(const Options& options, const ScannedDatabase& scanned,
                      .pairs = !options.keep_pairs && reference.empty(),
                      .order = !options.keep_order},
             .view = kit_view(options.image.complete_view()),
-            .practice = std::move(trials.practice),
-            .trials = std::move(trials.list)};
+            .practice = trials.practice.front(),
+            .trials = std::move(trials.list),
+            .more_practice = {trials.practice.begin() + 1, trials.practice.end()},
+            .study = study.hash.empty() ? "" : study.settings.dump(),
+            .study_hash = study.hash,
+            .post = options.post};
 }
 
 /// PNG files, [material][light].
@@ -211,6 +239,22 @@ void require_page(std::uint64_t bytes) {
                                 "page; choose a smaller --size, or fewer lights or configurations",
                                 kMost >> 20U));
     }
+}
+
+/// What PNG cuts off of the spheres.
+std::string clipping_of(const scan::Kit& kit) {
+    std::size_t all = 0;
+    std::size_t clipped = 0;
+    std::pair<double, std::string> most = {0, ""};
+    const auto shown = scan::shown_materials(kit);
+    for (std::size_t m = 0; m < kit.clipped.size(); ++m) {
+        for (const double share : kit.clipped[m]) {
+            ++all;
+            clipped += share > 0 ? 1 : 0;
+            most = std::max(most, {share, shown[m]});
+        }
+    }
+    return clipped_text(clipped, all, most.first, most.second);
 }
 
 void print_summary(const Options& options, const engine::Database& database, const scan::Kit& kit,
@@ -249,6 +293,13 @@ void print_summary(const Options& options, const engine::Database& database, con
     }
     print_result("spheres", fmt::format("{}, {}", counted(materials, "material"),
                                         counted(options.image.lights.size(), "light")));
+    print_result("clipped", clipping_of(kit));
+    if (!kit.study.empty()) {
+        print_result("study", options.study);
+    }
+    if (!kit.post.empty()) {
+        print_result("post", fmt::format("answers are sent to {}", kit.post));
+    }
     print_result("device", device);
     print_result("seconds", fmt::format("{:.2f}", seconds));
     print_result("kit",
@@ -269,6 +320,13 @@ bool is_of_originals(const scan::SelectionFile& selection) {
 }
 
 int run(const Options& options) {
+    if (options.study_template) {
+        print_lines(study_template());
+        return kSuccess;
+    }
+    if (options.selection.empty()) {
+        throw Error(Fault::usage, "--selection is required: the selection.csv of a scan");
+    }
     std::string html;
     scan::Kit kit;
     OutputDirectory out(
@@ -276,7 +334,10 @@ int run(const Options& options) {
         {{.name = "index.html", .write = [&](int file) { scan::write_all(file, html); }},
          {.name = "kit.json",
           .write = [&](int file) { scan::write_all(file, scan::kit_text(kit)); }}},
-        {options.selection, options.pairs});
+        {options.selection, options.pairs, options.study});
+    if (!options.post.empty()) {
+        (void)origin_of(options.post);
+    }
     Stopwatch watch;
     const auto view = options.image.complete_view();
     const std::string text = scan::read_input(options.selection, scan::max_trials_bytes);
@@ -291,15 +352,22 @@ int run(const Options& options) {
             "and {}, which says so; put that summary.json beside it, or judges are asked for pairs",
             options.selection, found.why_not));
     }
-    auto trials = reference.empty() ? pair_trials(options, selection, found)
-                                    : reference_trials(options, selection, found);
+    const auto study = options.study.empty()
+                           ? default_study(!reference.empty())
+                           : parse_study(scan::read_input(options.study, max_study_bytes),
+                                         options.study, !reference.empty());
+    auto trials = reference.empty() ? pair_trials(options, selection, found, study)
+                                    : reference_trials(options, selection, found, study);
     const ScannedDatabase scanned(found, options.selection, options.database, options.quiet);
     std::ranges::for_each(scanned.warnings(), print_warning);
     const auto& database = scanned.database();
-    kit = kit_of(options, scanned, selection, hash_of(text), reference, std::move(trials));
+    kit = kit_of(options, scanned, selection, hash_of(text), reference, std::move(trials), study);
     const auto shown = scan::shown_materials(kit);
     const auto places = places_of(shown, database);
     Images images(shown.size());
+    kit.exposures.resize(shown.size());
+    kit.clipped.resize(shown.size());
+    const bool by_image = study.settings["spheres"]["exposure"] == "by image";
     std::uint64_t bytes = 0;
     TerminalControl terminal(options.quiet);
     const auto context = tried_device(options.image.device, terminal.control());
@@ -309,13 +377,21 @@ int run(const Options& options) {
             scanned.check(places[sphere.material], sphere.content_hash);
             kit.database.material_hashes[shown[sphere.material]] = sphere.content_hash;
             auto& lights = images[sphere.material];
-            lights.push_back(png_file(pipeline::displayed(linear, view)));
+            auto shown_view = view;
+            if (by_image) {
+                shown_view.exposure += pipeline::exposure_by_image(sphere.pixels);
+            }
+            lights.push_back(png_file(pipeline::displayed(
+                by_image ? pipeline::exposed(sphere.pixels, shown_view) : linear, shown_view)));
+            kit.exposures[sphere.material].push_back(shown_view.exposure);
+            kit.clipped[sphere.material].push_back(
+                pipeline::clipped_share(sphere.pixels, shown_view.exposure));
             require_page(bytes += lights.back().size());
         },
         terminal.control());
     terminal.clear();
     kit.kit_hash = scan::kit_hash_of(kit, images);
-    html = judge_page(kit, images);
+    html = judge_page(kit, study, images);
     out.finish();
     if (!options.quiet) {
         print_summary(options, database, kit, shown.size(), device_text(device), watch.lap(),
@@ -360,7 +436,21 @@ void add_judge(CLI::App& program, Command& chosen) {
     auto options = std::make_shared<Options>();
     auto* command = program.add_subcommand(
         "judge", "A kit for judges: one page that shows the selection and keeps the votes");
-    add_selection_option(*command, options->selection, "of a scan")->required();
+    add_selection_option(*command, options->selection,
+                         "of a scan; needed unless --study-template is given");
+    command
+        ->add_option("--study", options->study,
+                     "A study file: consent, questions, timing, calibration, what is recorded, and "
+                     "all texts")
+        ->transform(not_empty());
+    command->add_flag("--study-template", options->study_template,
+                      "Print a study file with every setting as it is by default, explained, and "
+                      "do nothing else");
+    command
+        ->add_option("--post", options->post,
+                     "The address, http or https, that the page sends each judge's file to "
+                     "(default: nothing is sent)")
+        ->transform(not_empty());
     command
         ->add_option("--pairs", options->pairs,
                      "The pairs.csv of the same scan, or its approximations.csv after "
@@ -387,6 +477,8 @@ void add_judge(CLI::App& program, Command& chosen) {
         "Examples:\n"
         "  merl-scan judge --selection results/selection.csv --out kit\n"
         "  merl-scan judge --selection fits/selection.csv --random 20 --out kit\n"
+        "  merl-scan judge --study-template > study.json\n"
+        "  merl-scan judge --selection results/selection.csv --study study.json --out kit\n"
         "  merl-scan judge --selection results/selection.csv --light 1,1,1 --light -1,1,-0.5 --out "
         "kit");
     command->callback([&chosen, options] { chosen = [options] { return run(*options); }; });

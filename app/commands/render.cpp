@@ -268,6 +268,8 @@ int run(const Options& options) {
                    : OutputDirectory::for_files(target.directory, options.force, std::move(files));
     TerminalControl terminal(options.quiet);
     Stopwatch watch;
+    std::uint64_t clipped = 0;
+    std::pair<double, std::string> most = {0, ""};
     const auto context = tried_device(options.image.device, terminal.control());
     const auto device = pipeline::render_spheres(
         database, materials, view, context,
@@ -280,6 +282,9 @@ int run(const Options& options) {
                                     source_text(database, material),
                                     options.image.lights[sphere.light])),
                 sphere.content_hash);
+            const double share = pipeline::clipped_share(sphere.pixels, view.exposure);
+            clipped += share > 0 ? 1 : 0;
+            most = std::max(most, {share, name});
             out.write(name + target.exr, exr_file(linear, comment));
             out.write(name + target.png, png_file(pipeline::displayed(linear, view), comment));
             sheet.put(sphere.light * materials.size() + sphere.material, linear);
@@ -290,6 +295,7 @@ int run(const Options& options) {
     if (!options.quiet) {
         print_line(fmt::format("{} of {}", counted(materials.size() * lights, "sphere"),
                                database_text(database)));
+        print_line(clipped_text(clipped, materials.size() * lights, most.first, most.second));
         print_line(
             fmt::format("{:.2f} seconds on {}; {}", watch.lap(), device_text(device),
                         target.stem.empty()

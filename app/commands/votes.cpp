@@ -38,6 +38,7 @@
 #include "scan/votes/exclusion.h"
 #include "scan/votes/exclusion_rules.h"
 #include "scan/votes/judge_name.h"
+#include "scan/votes/judge_file.h"
 #include "scan/votes/kit_file.h"
 #include "scan/votes/reference_kit_plan.h"
 #include "scan/votes/survey_file.h"
@@ -130,7 +131,13 @@ Inputs read_inputs(const Options& options, ordered_json& sources) {
                 fmt::format("{}: found {}; expected votes: a survey belongs to --survey", path,
                             scan::survey_columns));
         }
-        files.push_back(scan::parse_votes(text, path));
+        if (scan::is_judge_file(text)) {
+            auto judge = scan::parse_judge_file(text, path);
+            files.push_back(std::move(judge.votes));
+            inputs.survey.insert(inputs.survey.end(), judge.survey.begin(), judge.survey.end());
+        } else {
+            files.push_back(scan::parse_votes(text, path));
+        }
         sources["votes"].push_back(source);
         throw_if_interrupted();
     }

@@ -102,6 +102,17 @@ std::string triangle_text(const scan::DistanceTable& table, const scan::Triangle
                        table.names[w.c], w.ac, fails ? ">" : "<=", w.ab, w.bc, table.names[w.b]);
 }
 
+std::string clipped_text(std::uint64_t clipped, std::uint64_t spheres, double most,
+                         const std::string& name) {
+    if (clipped == 0) {
+        return "no pixel is brighter than white";
+    }
+    constexpr double kPercent = 100;
+    return fmt::format("{} of {} have pixels brighter than white; most {}, {:.2f} %",
+                       fmt::group_digits(clipped), counted(spheres, "sphere"), name,
+                       kPercent * most);
+}
+
 std::string counted_by(bool streamed) {
     return streamed ? "streaming and inversions" : "inversions";
 }

@@ -48,6 +48,10 @@ nlohmann::ordered_json triangle_json(const scan::DistanceTable& table,
 /// 1.3: alum | chrome 2.6 > 1 + 1 through steel".
 std::string triangle_text(const scan::DistanceTable& table, const scan::TriangleCheck& check);
 
+/// How much PNG cuts off of so many spheres, which is of `most` of the pixels of one.
+std::string clipped_text(std::uint64_t clipped, std::uint64_t spheres, double most,
+                         const std::string& name);
+
 /// How they were counted.
 std::string counted_by(bool streamed);
 

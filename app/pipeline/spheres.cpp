@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
+#include <vector>
 
 #include "engine/base/error.h"
 
@@ -37,7 +39,25 @@ float linear_grey(double grey, Encoding encoding) {
                                               : std::pow((grey + 0.055) / 1.055, 2.4));
 }
 
-Image compose(std::span<const engine::SpherePixel> pixels, const SphereView& view) {
+/// The brightest channel of each pixel that the sphere covers wholly.
+std::vector<float> brightest_channels(std::span<const engine::SpherePixel> pixels) {
+    constexpr float kWhole = 0.999F;
+    std::vector<float> brightest;
+    for (const auto& p : pixels) {
+        if (p[3] > kWhole) {
+            brightest.push_back(std::max({p[0], p[1], p[2]}));
+        }
+    }
+    return brightest;
+}
+
+}  // namespace
+
+const char* encoding_name(Encoding encoding) {
+    return encoding == Encoding::gamma ? "gamma" : "srgb";
+}
+
+Image exposed(std::span<const engine::SpherePixel> pixels, const SphereView& view) {
     Image image(view.sphere.size, view.sphere.size);
     const auto scale = static_cast<float>(std::exp2(view.exposure));
     const float grey = linear_grey(view.background, view.encoding);
@@ -48,10 +68,23 @@ Image compose(std::span<const engine::SpherePixel> pixels, const SphereView& vie
     return image;
 }
 
-}  // namespace
+double clipped_share(std::span<const engine::SpherePixel> pixels, double exposure) {
+    const auto brightest = brightest_channels(pixels);
+    const auto white = static_cast<float>(std::exp2(-exposure));
+    const auto clipped = std::ranges::count_if(brightest, [&](float x) { return x > white; });
+    return brightest.empty() ? 0
+                             : static_cast<double>(clipped) / static_cast<double>(brightest.size());
+}
 
-const char* encoding_name(Encoding encoding) {
-    return encoding == Encoding::gamma ? "gamma" : "srgb";
+double exposure_by_image(std::span<const engine::SpherePixel> pixels) {
+    constexpr std::size_t kClipped = 100;  // one of so many
+    auto brightest = brightest_channels(pixels);
+    if (brightest.empty()) {
+        return 0;
+    }
+    const auto place = brightest.begin() + static_cast<std::ptrdiff_t>(brightest.size() / kClipped);
+    std::ranges::nth_element(brightest, place, std::greater<>());
+    return *place > 0 ? -std::log2(double{*place}) : 0;
 }
 
 Image displayed(const Image& linear, const SphereView& view) {
@@ -78,7 +111,7 @@ device::DeviceInfo render_spheres(const engine::Database& database,
     engine::render_spheres(
         context, database, materials, view.sphere,
         [&](const engine::SphereImage& sphere) {
-            sink(sphere, compose(sphere.pixels, view));
+            sink(sphere, exposed(sphere.pixels, view));
             control.update("rendering", ++done / all);
         },
         [&] { control.update("rendering", done / all); });

@@ -30,6 +30,16 @@ struct SphereView {
 /// Encodes linear light for display; clamps to [0, 1].
 Image displayed(const Image& linear, const SphereView& view);
 
+/// Linear light as a view exposes it, before the background.
+Image exposed(std::span<const engine::SpherePixel> pixels, const SphereView& view);
+
+/// The share of the pixels that the sphere covers which so many stops make brighter than white in a
+/// channel: PNG cuts that off.
+double clipped_share(std::span<const engine::SpherePixel> pixels, double exposure);
+
+/// The stops at which a hundredth of those pixels is clipped; 0 where all are black.
+double exposure_by_image(std::span<const engine::SpherePixel> pixels);
+
 /// Called with each image when it is done: what it shows, and linear light, exposed and before the
 /// background.
 using SphereImageSink = std::function<void(const engine::SphereImage& sphere, const Image& linear)>;

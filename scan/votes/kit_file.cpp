@@ -410,6 +410,46 @@ ordered_json options_json(const Kit& kit) {
             {"encoding", kit.view.encoding}};
 }
 
+/// The rules of a study by which a judge is invalid: those that it has.
+ordered_json exclusion_json(const ordered_json& study) {
+    ordered_json rules = ordered_json::object();
+    for (const auto& rule : study["exclusion"].items()) {
+        if (!rule.value().is_null() && rule.value() != false) {
+            rules[rule.key()] = rule.value();
+        }
+    }
+    return rules;
+}
+
+ordered_json by_material(const Kit& kit, const std::vector<std::vector<double>>& figures) {
+    ordered_json object = ordered_json::object();
+    const auto shown = shown_materials(kit);
+    for (std::size_t m = 0; m < figures.size(); ++m) {
+        object[shown[m]] = figures[m];
+    }
+    return object;
+}
+
+/// What kits without a study have not, but for `images`.
+void add_study(const Kit& kit, ordered_json& object) {
+    if (!kit.exposures.empty()) {
+        object["images"] = {{"exposure", by_material(kit, kit.exposures)},
+                            {"clipped", by_material(kit, kit.clipped)}};
+    }
+    if (!kit.post.empty()) {
+        object["post"] = kit.post;
+    }
+    if (!kit.study.empty()) {
+        const auto study = ordered_json::parse(kit.study);
+        object["study_hash"] = kit.study_hash;
+        object["exclusion"] = exclusion_json(study);
+        object["study"] = study;
+    }
+    for (const auto& practice : kit.more_practice) {
+        object["more_practice"].push_back(sides_json(practice));
+    }
+}
+
 }  // namespace
 
 std::vector<std::string> shown_materials(const Kit& kit) {
@@ -442,9 +482,10 @@ ordered_json kit_json(const Kit& kit) {
     }
     object.update(ordered_json{{"database", database_json(kit)},
                                {"warnings", kit.warnings},
-                               {"options", options_json(kit)},
-                               {"practice", sides_json(kit.practice)},
-                               {"trials", trials}});
+                               {"options", options_json(kit)}});
+    add_study(kit, object);
+    object["practice"] = sides_json(kit.practice);
+    object["trials"] = trials;
     return object;
 }
 

@@ -78,6 +78,15 @@ struct Kit {
     FourMaterials practice;
     std::vector<StatedRule> exclusion = {};  ///< of the study, if it has one
     std::vector<KitTrial> trials;
+    /// After `practice`, where a study asks for more.
+    std::vector<FourMaterials> more_practice = {};
+    std::string study = {};       ///< the settings of its study file (JSON); empty: it has none
+    std::string study_hash = {};  ///< content hash of that file
+    std::string post = {};        ///< where the page sends what judges answer; empty: nowhere
+    /// How each image was made, by material as shown_materials has them and by light: stops, and
+    /// the share of the sphere's pixels that are brighter than white in a channel.
+    std::vector<std::vector<double>> exposures = {};
+    std::vector<std::vector<double>> clipped = {};
 };
 
 /// The materials that the trials show, each once, in the order in which they first occur.

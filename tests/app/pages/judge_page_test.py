@@ -183,7 +183,7 @@ class PageCase(Case):
                               deviceScaleFactor=1, mobile=False)
             self.browser.draw()
             wrong = self.browser.run(
-                "[...document.querySelectorAll('#trial button, #hint, .side div.now canvas')].filter(e => {"
+                "[...document.querySelectorAll('#trial button:not([hidden]), #hint, .side div.now canvas')].filter(e => {"
                 "const b = e.getBoundingClientRect(); const at = document.elementFromPoint(b.x + b.width / 2, b.y + b.height / 2);"
                 "return !(b.left >= 0 && b.top >= 0 && b.width > 20 && b.right <= innerWidth && b.bottom <= innerHeight &&"
                 "(e.contains(at) || e.tagName === 'CANVAS')); }).map(e => e.outerHTML.slice(0, 60))"
@@ -208,10 +208,13 @@ class Page(PageCase):
             self.assertEqual(self.browser.text("#place"), f"{place + 1} / {count}")
             self.answer(vote)
         # In the middle the page is loaded again.
-        before = self.browser.run("JSON.stringify(judge)")
+        kept = "JSON.stringify({ ...judge, marks: judge.marks.map(seen => seen?.changes) })"
+        self.until("judge.marks[judge.at]")
+        before = self.browser.run(kept)
         self.reload()
+        self.until("judge.marks[judge.at]")
         self.assertEqual(self.screen(), "trial")
-        self.assertEqual(self.browser.run("JSON.stringify(judge)"), before)
+        self.assertEqual(self.browser.run(kept), before)
         for vote in votes[count // 2:]:
             self.assertEqual(self.screen(), "trial")
             self.answer(vote)
