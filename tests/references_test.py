@@ -12,7 +12,7 @@ PLACEHOLDER = re.compile(r"\b(?:[A-Z]{2,}(?:_[A-Z]+)+|MEASURED\w*|TODO|FIXME|XXX
 CODE = re.compile(r"```.*?```|`[^`]*`", re.DOTALL)
 
 # Files of users; and what is in capitals (NAME.cpp) stands for any name.
-EXAMPLES = {"my_metric.glsl", "my.glsl", "metric.glsl"}
+EXAMPLES = {"my_metric.glsl", "my.glsl", "metric.glsl", "mine.cpp"}
 
 
 def comments(path):
