@@ -97,6 +97,10 @@ class Study(Case):
                 ({"spheres": {"unit": "degrees", "diameter": 2}}, "spheres.unit", "calibration.card"),
                 ({"spheres": {"unit": "pixels"}}, "spheres.diameter"), ({"spheres": {"diameter": 2}}, "spheres.diameter"),
                 ({"exclusion": {"repeats_below": 1.1}}, "exclusion.repeats_below: found 1.1"),
+                # What votes would refuse when everybody has taken part.
+                ({"exclusion": {"repeats_below": 0}}, "exclusion, repeats_below: found 0", "above 0"),
+                ({"exclusion": {"median_time_below": 0}}, "exclusion, median_time_below: found 0", "above 0"),
+                ({"exclusion": {"same_key_above": 1}}, "exclusion, same_key_above: found 1", "below 1"),
                 ({"exclusion": {"calibration_failed": True}}, "exclusion.calibration_failed", "calibration.gamma"),
                 ({"calibration": {"gamma_least": 3}}, "calibration.gamma_most", "more than gamma_least, 3"),
                 ({"calibration": {"card": 1}}, "calibration.card: found 1", "true or false"),
@@ -108,6 +112,7 @@ class Study(Case):
                 ({"before": [{"name": "q", "kind": "text"}]}, 'before[0]: "text" is missing'),
                 ({"before": [{**question, "kind": "poem"}]}, "before[0].kind"),
                 ({"before": [{**question, "name": "Q q"}]}, "before[0].name"),
+                ({"before": [{**question, "name": "__proto__"}]}, "before[0].name"),
                 ({"before": [{**question, "least": 1}]}, "before[0].least: is no key"),
                 ({"before": [{**question, "choices": ["a"]}]}, "before[0].choices"),
                 ({"before": [{**question, "choices": ["a", "a"]}]}, "before[0].choices[1]", "second time"),
@@ -146,10 +151,11 @@ class Study(Case):
 
     def test_addresses_to_post_to(self):
         for address in ("ftp://a/", "example.org", "http://", "http://a b/", "https://u@a/", "https://a;b/", "https://a'/", "https://a/#b",
-                        "https://a/\"", "https://a:123456/", "https://a/\u00e5"):
+                        "https://a/\"", "https://a:123456/", "https://a:65536/", "https://a/\u00e5",
+                        "https://[::1]:80/"):  # which a policy of a page has no place for
             with self.subTest(address=address):
                 self.assert_refused(USAGE, ["--post", "http"], *self.options("--post", address))
-        for address in "https://a", "http://127.0.0.1:8765/", "https://[::1]:80/x?y=%20":
+        for address in "https://a", "http://127.0.0.1:8765/", "https://localhost:65535/x?y=%20":
             self.assert_success(*self.options("--force", "--post", address))
 
     def test_exposure_by_image_clips_a_hundredth(self):
