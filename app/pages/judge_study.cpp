@@ -734,23 +734,11 @@ class StudyReader {
     std::vector<std::string> languages_;
 };
 
-/// Parses JSON with comments; throws InputError with the line, or for a key that is there twice.
+/// Parses JSON with comments; throws InputError, of a syntax error with the line.
 ordered_json parse_with_comments(std::string_view text, const std::string& file) {
-    std::vector<std::set<std::string>> keys;
-    const auto watch = [&](int, ordered_json::parse_event_t event, ordered_json& parsed) {
-        using Event = ordered_json::parse_event_t;
-        if (event == Event::object_start) {
-            keys.emplace_back();
-        } else if (event == Event::object_end) {
-            keys.pop_back();
-        } else if (event == Event::key &&
-                   !keys.back().insert(parsed.get_ref<const std::string&>()).second) {
-            throw InputError(fmt::format("{}: found the key {} twice", file, found_text(parsed)));
-        }
-        return true;
-    };
     try {
-        return ordered_json::parse(without_byte_order_mark(text), watch, true, true);
+        return ordered_json::parse(without_byte_order_mark(text),
+                                   scan::JsonCheck<ordered_json>(file), true, true);
     } catch (const ordered_json::exception& error) {
         throw InputError(fmt::format("{}: is no JSON: {}", file, scan::json_fault(error)));
     }

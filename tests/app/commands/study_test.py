@@ -124,6 +124,7 @@ class Study(Case):
                 self.refused(study, *words)
         self.refused('{\n  "title": "x",\n  "languages": ["en"\n  "consent": null\n}', "no JSON", "line 4")
         self.refused('{"title": "a", "title": "b"}', 'the key "title" twice')
+        self.refused('{"title": ' + "[" * 200_000 + "]" * 200_000 + "}", "nested more than 100 deep")
         self.refused('{"title": "\xff"}'.encode("latin-1").decode("latin-1").replace("\xff", "\x00"), "no JSON")
         self.assert_refused(INPUT, ["none.json", "cannot be opened"], *self.options("--study", "none.json"))
 
@@ -204,9 +205,16 @@ class Study(Case):
             self.assertEqual((self.work / "json" / name).read_text(), (self.work / "csv" / name).read_text(), name)
         self.assertEqual(sorted((self.work / "json" / "survey.csv").read_text().splitlines()),
                          sorted((self.work / "csv" / "survey.csv").read_text().splitlines()))
+        # Of two saves of one judge the one that was counted may be the table, which says nothing of the screen.
+        self.assert_success("votes", "ann.csv", "ann.json", "bo.json", "cy.csv", *votes, "--out", "twice",
+                            "--exclude", "calibration_failed=true")
+        excluded = read_json(self.work / "twice" / "summary.json")["exclusion"]["judges"]
+        self.assertEqual([judge["judge"] for judge in excluded], ["ann", "bo"])
         good, _ = self.judge_file(kit, "dan")
         first, *others = good["trials"]
-        for bad, *words in (("{", "no JSON", "line 1"), ({"format": "x"}, "format", "merl-scan judge"),
+        for bad, *words in (("{", "no JSON", "line 1"), ('{"format": ' + "[" * 200_000 + "]" * 200_000 + "}", "nested more than 100 deep"),
+                            ('{"format": "merl-scan judge", "judge": "a", "judge": "b"}', 'the key "judge" twice'),
+                            (json.dumps(good).replace('"vote": 1', '"vote": 1e999', 1), "no JSON"), ({"format": "x"}, "format", "merl-scan judge"),
                             ({**good, "version": 2}, "version: found 2", "newer"), ({**good, "judge": ""}, "judge:", "a name"),
                             ({**good, "trials": []}, "trials: found []"), ({**good, "trials": [1]}, "trials[0]", "an object"),
                             ({**good, "trials": [first, first]}, "trials[1]", "a second time"),
