@@ -288,7 +288,8 @@ Votes gather_votes(const SelectionFile& selection, const std::string& selection_
                 .configurations = experiment.configurations(),
                 .judges = {},
                 .trials = experiment.trials().size(),
-                .warnings = std::move(warnings)};
+                .warnings = std::move(warnings),
+                .seconds_to_see = kit != nullptr ? kit->seconds_to_see : std::nullopt};
     std::map<std::uint64_t, std::uint32_t> index;
     for (std::uint32_t k = 0; k < votes.configurations.size(); ++k) {
         index[votes.configurations[k].number] = k;

@@ -229,6 +229,19 @@ class Study(Case):
                 (self.work / "bad.json").write_text(bad if isinstance(bad, str) else json.dumps(bad))
                 self.assert_refused(INPUT, ["bad.json", *words], "votes", "bad.json", *votes, "--out", "none")
 
+    def test_what_a_quick_judge_can_have_seen(self):
+        """The second material comes after a second, or when the study says."""
+        for study, hasty in ({}, True), ({"timing": {"period_ms": 400}}, False):
+            _, kit = self.judge(study)
+            everything, _ = self.judge_file(kit, "ann")
+            for trial in everything["trials"]:
+                trial["response_ms"] = None if trial["vote"] is None else 700
+            (self.work / "ann.json").write_text(json.dumps(everything))
+            self.assert_success("votes", "ann.json", "--selection", "results/selection.csv", "--kit", "kit/kit.json",
+                                "--quiet", "--force", "--out", "analysis")
+            (judge,) = read_json(self.work / "analysis" / "summary.json")["figures"]["judges"]
+            self.assertEqual(any("median response of 0.7 s" in doubt for doubt in judge["looks_wrong"]), hasty)
+
     def test_the_selection_is_needed(self):
         self.assert_refused(USAGE, ["--selection"], "judge", "--out", "kit")
 
