@@ -348,6 +348,27 @@ void read_timing(const Object& timing, Kit& kit) {
     }
 }
 
+/// The names of the questions of a study that have no answers to choose from.
+std::set<std::string> read_open_questions(const Object& study) {
+    std::set<std::string> names;
+    for (const auto* key : {"before", "after"}) {
+        const json* const questions = study.find(key);
+        if (questions == nullptr || questions->is_null()) {  // those of every kit
+            continue;
+        }
+        if (!questions->is_array()) {
+            study.fail(fmt::format("\"{}\": expected an array", key));
+        }
+        for (const json& question : *questions) {
+            const Object object(question, study.place(key));
+            if (const auto kind = object.text("kind"); kind == "text" || kind == "number") {
+                names.insert(object.text("name"));
+            }
+        }
+    }
+    return names;
+}
+
 /// Throws InputError unless the trials are as the reference says.
 void check_reference(const Kit& kit) {
     for (std::size_t i = 0; i < kit.trials.size(); ++i) {
@@ -555,6 +576,7 @@ Kit parse_kit(std::string_view text, const std::string& file) {
         if (const auto timing = study->object("timing")) {
             read_timing(*timing, kit);
         }
+        kit.open_questions = read_open_questions(*study);
     }
     if (!object.at("trials").is_array() || kit.trials.empty()) {
         object.fail(fmt::format("\"trials\": expected an array of 1 to {} trials", max_trials));

@@ -190,7 +190,7 @@ class Study(Case):
                 "survey": {"age": "30", "comments": ""}, "calibration": {"passed": False, "gamma": 1.2}}, "\n".join(rows) + "\n"
 
     def test_votes_reads_the_one_file(self):
-        _, kit = self.judge({"calibration": {"gamma": True}})
+        _, kit = self.judge({"calibration": {"gamma": True}, "before": [{"name": "age", "kind": "number", "text": "Age?"}]})
         (self.work / "mixed").mkdir()
         for name in "ann", "bo", "cy":
             everything, rows = self.judge_file(kit, name)
@@ -205,6 +205,9 @@ class Study(Case):
             self.assertEqual((self.work / "json" / name).read_text(), (self.work / "csv" / name).read_text(), name)
         self.assertEqual(sorted((self.work / "json" / "survey.csv").read_text().splitlines()),
                          sorted((self.work / "csv" / "survey.csv").read_text().splitlines()))
+        # What judges wrote themselves is in no picture, though all wrote the same.
+        self.assertIn('"age"', (self.work / "json" / "votes.html").read_text())
+        self.assertNotIn("survey-age", (self.work / "json" / "votes.html").read_text())
         # Of two saves of one judge the one that was counted may be the table, which says nothing of the screen.
         self.assert_success("votes", "ann.csv", "ann.json", "bo.json", "cy.csv", *votes, "--out", "twice",
                             "--exclude", "calibration_failed=true")
