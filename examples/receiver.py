@@ -19,6 +19,7 @@ import os
 import pathlib
 import re
 import socket
+import sys
 import tempfile
 import threading
 import time
@@ -214,6 +215,9 @@ class Handler(http.server.BaseHTTPRequestHandler):
             self.log_error("%s", error)
             return 503, {"error": "cannot be stored"}
 
+    def address_string(self):
+        return "-"  # a judge's is personal data, and in no consent
+
     def log_message(self, form, *values):
         if not self.server.quiet:
             super().log_message(form, *values)
@@ -250,7 +254,7 @@ class Receiver(http.server.ThreadingHTTPServer):
 
     def handle_error(self, request, client_address):
         if not self.quiet:
-            super().handle_error(request, client_address)
+            print(f"ended with {sys.exc_info()[1]!r}", file=sys.stderr)
 
 
 def main():

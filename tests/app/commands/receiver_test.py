@@ -171,6 +171,18 @@ class Receiver(ReceiverCase):
         self.assertEqual(self.files(), {})
         self.assertEqual(self.post(file_of(1, consent={"language": "en"}))[0], 200)
 
+    def test_no_address_is_written_down(self):
+        process = subprocess.Popen([sys.executable, RECEIVER, "--kit", self.work / "kit.json", "--out", self.out, "--port", "0"],
+                                   stdout=subprocess.PIPE, stderr=subprocess.PIPE, encoding="utf-8")
+        self.process = process
+        self.host, self.port = "127.0.0.1", int(re.search(r":([0-9]+)/ ", process.stdout.readline())[1])
+        self.assertEqual(self.post(file_of(1))[0], 200)
+        process.kill()
+        with process.stderr as said:
+            words = said.read()
+        self.assertIn("POST / HTTP/1.1", words)
+        self.assertNotIn("127.0.0.1", words)
+
     def test_rates_are_bounded(self):
         self.start("--per-minute", "3")
         answers = [self.post(file_of(number))[0] for number in range(5)]
