@@ -162,6 +162,12 @@ Inputs read_inputs(const Options& options, ordered_json& sources) {
             fmt::format("--survey: {} of the same judge's, in several saves; shown once",
                         counted(repeated, "answer")));
     }
+    if (const auto contrary = scan::contrary_answers(inputs.survey); contrary > 0) {
+        inputs.warnings.push_back(
+            fmt::format("--survey: {} beside another one of the same judge to the same question; "
+                        "the pictures count every one: give only the last save",
+                        counted(contrary, "answer")));
+    }
     return inputs;
 }
 

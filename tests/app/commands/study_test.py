@@ -208,6 +208,12 @@ class Study(Case):
         # What judges wrote themselves is in no picture, though all wrote the same.
         self.assertIn('"age"', (self.work / "json" / "votes.html").read_text())
         self.assertNotIn("survey-age", (self.work / "json" / "votes.html").read_text())
+        # A judge who has changed an answer between two saves would count twice.
+        changed, _ = self.judge_file(kit, "ann")
+        (self.work / "later.json").write_text(json.dumps({**changed, "survey": {**changed["survey"], "age": "31"}}))
+        said = self.run_program("votes", "ann.json", "later.json", *votes, "--out", "changed")
+        self.assertEqual(said.returncode, 0, said.stderr)
+        self.assertIn("1 answer beside another one of the same judge", said.stderr)
         # Of two saves of one judge the one that was counted may be the table, which says nothing of the screen.
         self.assert_success("votes", "ann.csv", "ann.json", "bo.json", "cy.csv", *votes, "--out", "twice",
                             "--exclude", "calibration_failed=true")
