@@ -18,6 +18,8 @@ import json
 import os
 import pathlib
 import re
+import socket
+import sys
 import tempfile
 import threading
 import time
@@ -29,11 +31,17 @@ class Refused(Exception):
     """What is sent is not taken; the first argument is the status, the second says why."""
 
 
+def no_number(name):
+    """NaN and Infinity, which Python reads and JSON has not."""
+    raise ValueError(name)
+
+
 class Store:
     """The directory of received files: one for each judge, whom the token in it tells apart."""
 
     def __init__(self, kit, directory):
         self.kit_hash = kit["kit_hash"]
+        self.asks_consent = kit.get("study", {}).get("consent") is not None
         self.trials = {(t["configuration"], t["kind"]): sorted([*t["left"], *t["right"]]) for t in kit["trials"]}
         # A trial with a thousand changed answers, and texts of ten thousand characters.
         self.most_bytes = (1 << 20) + 4096 * len(self.trials)
@@ -51,7 +59,7 @@ class Store:
     def take(self, body):
         """Does what a body asks for; returns what the sender is told."""
         try:
-            message = json.loads(body.decode("utf-8"))
+            message = json.loads(body.decode("utf-8"), parse_constant=no_number)
         except (ValueError, RecursionError):
             raise Refused(400, "no JSON in UTF-8") from None
         if not isinstance(message, dict) or message.get("version") != 1:
@@ -73,9 +81,11 @@ class Store:
         return {"stored": len(body)}
 
     def check(self, message):
-        """Only trials of the kit, each once."""
+        """Only trials of the kit, each once, of somebody who has agreed where that is asked for."""
         if not isinstance(message.get("judge"), str) or not 1 <= len(message["judge"]) <= 200:
             raise Refused(400, "without a judge")
+        if self.asks_consent and not isinstance(message.get("consent"), dict):
+            raise Refused(400, "without consent")
         trials = message.get("trials")
         if not isinstance(trials, list) or len(trials) != len(self.trials):
             raise Refused(400, "not the trials of the kit")
@@ -94,16 +104,17 @@ class Store:
         if gone.exists():
             raise Refused(410, "withdrawn")
         if not self.path(token).exists():
-            self.expect_room(self.most_files)
+            self.expect_room(".json")
         self.write(self.path(token), body)
 
-    def expect_room(self, most):
-        if sum(1 for _ in self.directory.iterdir()) >= most:
-            raise Refused(403, "there are too many files")
+    def expect_room(self, kind):
+        # Each by itself: made-up withdrawals keep no judge out.
+        if sum(path.suffix == kind for path in self.directory.iterdir()) >= self.most_files:
+            raise Refused(507, "there are too many files")
 
     def withdraw(self, token):
         if not self.path(token).exists():
-            self.expect_room(2 * self.most_files)
+            self.expect_room(".withdrawn")
         # What is still under way is not to come back.
         self.write(self.path(token).with_suffix(".withdrawn"), b"")
         self.path(token).unlink(missing_ok=True)
@@ -180,6 +191,10 @@ class Handler(http.server.BaseHTTPRequestHandler):
         self.answer(405, {"error": "answers are sent here with POST"})
 
     def do_POST(self):
+        self.answer(*self.outcome())
+
+    def outcome(self):
+        """The status and the content of the answer to what is sent."""
         try:
             if not self.server.rate.allows(self.client_address[0]):
                 raise Refused(429, "too many requests")
@@ -191,14 +206,17 @@ class Handler(http.server.BaseHTTPRequestHandler):
             body = self.rfile.read(int(length))
             if len(body) != int(length):
                 raise Refused(400, "cut off")
-            self.answer(200, self.server.store.take(body))
+            return 200, self.server.store.take(body)
         except Refused as refused:
             status, why = refused.args
-            self.answer(status, {"error": why})
+            return status, {"error": why}
         except OSError as error:
             # It may be better in a minute: the page tries again.
             self.log_error("%s", error)
-            self.answer(503, {"error": "cannot be stored"})
+            return 503, {"error": "cannot be stored"}
+
+    def address_string(self):
+        return "-"  # a judge's is personal data, and in no consent
 
     def log_message(self, form, *values):
         if not self.server.quiet:
@@ -208,10 +226,35 @@ class Handler(http.server.BaseHTTPRequestHandler):
 class Receiver(http.server.ThreadingHTTPServer):
     daemon_threads = True
     request_queue_size = 256
+    most_open = 500
 
-    def __init__(self, address, store, rate, quiet):
+    def __init__(self, address, store, rate, quiet, seconds):
         super().__init__(address, Handler)
-        self.store, self.rate, self.quiet = store, rate, quiet
+        self.store, self.rate, self.quiet, self.seconds = store, rate, quiet, seconds
+        self.open = {}  # connections, and when they began
+
+    def verify_request(self, request, client_address):
+        if len(self.open) >= self.most_open:
+            return False
+        self.open[request] = time.monotonic()
+        return True
+
+    def close_request(self, request):
+        self.open.pop(request, None)
+        super().close_request(request)
+
+    def service_actions(self):
+        """Ends what takes too long, however often it sends a byte."""
+        for request, begun in self.open.copy().items():
+            if time.monotonic() - begun > self.seconds:
+                try:
+                    request.shutdown(socket.SHUT_RDWR)
+                except OSError:
+                    pass  # it has ended itself
+
+    def handle_error(self, request, client_address):
+        if not self.quiet:
+            print(f"ended with {sys.exc_info()[1]!r}", file=sys.stderr)
 
 
 def main():
@@ -222,10 +265,12 @@ def main():
     options.add_argument("--port", type=int, default=8765, help="0: any that is free")
     options.add_argument("--per-minute", type=int, default=30, help="most requests of one address in a minute")
     options.add_argument("--per-minute-of-all", type=int, default=600, help="most requests in a minute")
+    options.add_argument("--seconds", type=float, default=60, help="how long a request may take")
     options.add_argument("--quiet", action="store_true")
     given = options.parse_args()
     store = Store(json.loads(given.kit.read_text(encoding="utf-8")), given.out)
-    server = Receiver((given.host, given.port), store, Rate(given.per_minute, given.per_minute_of_all), given.quiet)
+    rate = Rate(given.per_minute, given.per_minute_of_all)
+    server = Receiver((given.host, given.port), store, rate, given.quiet, given.seconds)
     print(f"receiving at http://{given.host}:{server.server_address[1]}/ into {given.out}", flush=True)
     try:
         server.serve_forever()

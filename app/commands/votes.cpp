@@ -37,8 +37,8 @@
 #include "scan/io/input.h"
 #include "scan/votes/exclusion.h"
 #include "scan/votes/exclusion_rules.h"
-#include "scan/votes/judge_name.h"
 #include "scan/votes/judge_file.h"
+#include "scan/votes/judge_name.h"
 #include "scan/votes/kit_file.h"
 #include "scan/votes/reference_kit_plan.h"
 #include "scan/votes/survey_file.h"
@@ -71,6 +71,7 @@ struct Inputs {
     std::optional<ScanRecord> scanned;                   // what the selection is of
     std::map<std::string, std::string> material_hashes;  // of it, or of the kit; may be empty
     std::vector<scan::StatedRule> rules;                 // of exclusion, as the kit has them
+    std::set<std::string> open_questions;                // Kit::open_questions
     std::vector<std::string> warnings;
 };
 
@@ -94,6 +95,7 @@ Inputs read_inputs(const Options& options, ordered_json& sources) {
     if (!options.kit.empty()) {
         kit = scan::parse_kit(read(options.kit, sources["kit"]), options.kit);
         inputs.rules = kit->exclusion;
+        inputs.open_questions = kit->open_questions;
     }
     auto found = find_scan_record(options.selection, "selection.csv", selection_hash, &selection);
     inputs.scanned = std::move(found.record);
@@ -159,6 +161,12 @@ Inputs read_inputs(const Options& options, ordered_json& sources) {
         inputs.warnings.push_back(
             fmt::format("--survey: {} of the same judge's, in several saves; shown once",
                         counted(repeated, "answer")));
+    }
+    if (const auto contrary = scan::contrary_answers(inputs.survey); contrary > 0) {
+        inputs.warnings.push_back(
+            fmt::format("--survey: {} beside another one of the same judge to the same question; "
+                        "the pictures count every one: give only the last save",
+                        counted(contrary, "answer")));
     }
     return inputs;
 }
@@ -388,6 +396,15 @@ void expect_judges(const Results& results) {
     }
 }
 
+/// The answers that there are pictures of: what judges wrote themselves might say who they are.
+std::vector<scan::SurveyAnswer> drawn_answers(const Inputs& inputs) {
+    auto survey = inputs.survey;
+    std::erase_if(survey, [&](const scan::SurveyAnswer& answer) {
+        return inputs.open_questions.contains(answer.question);
+    });
+    return survey;
+}
+
 /// The pictures without the excluded judges, if there are any of either.
 std::vector<VotesPlot> kept_plots(const Inputs& inputs, const Results& results) {
     if (results.exclusion.excluded() == 0 || results.excludes_all()) {
@@ -399,7 +416,7 @@ std::vector<VotesPlot> kept_plots(const Inputs& inputs, const Results& results) 
             excluded.insert(scan::judge_identity(inputs.votes.judges[j].name));
         }
     }
-    auto survey = inputs.survey;
+    auto survey = drawn_answers(inputs);
     std::erase_if(survey, [&](const scan::SurveyAnswer& answer) {
         return excluded.contains(scan::judge_identity(answer.judge));
     });
@@ -463,10 +480,10 @@ int run(const Options& options) {
               [&](int file) {
                   ordered_json shown = summary;
                   shown["stand_in"] = stand_in_of(inputs);
-                  scan::write_all(
-                      file, votes_report(shown, inputs.survey, images,
-                                         votes_plots(inputs.votes, results.all, inputs.survey),
-                                         kept_plots(inputs, results)));
+                  scan::write_all(file, votes_report(shown, inputs.survey, images,
+                                                     votes_plots(inputs.votes, results.all,
+                                                                 drawn_answers(inputs)),
+                                                     kept_plots(inputs, results)));
               }},
          {.name = "summary.json",
           .write =

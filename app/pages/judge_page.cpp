@@ -63,16 +63,19 @@ ordered_json page_data(const scan::Kit& kit, const Study& study) {
 
 std::string origin_of(const std::string& address) {
     // The origin goes into the policy of the page, where blanks, commas and semicolons mean other
-    // things.
+    // things, and which has no place for an address of IPv6.
     static const std::regex pattern(
-        R"((https?://(?:[A-Za-z0-9](?:[A-Za-z0-9.-]*[A-Za-z0-9])?|\[[0-9A-Fa-f:.]+\])(?::[0-9]{1,5})?)(?:/[!$&-;=?-Z_a-z~%]*)?)",
+        R"((https?://[A-Za-z0-9](?:[A-Za-z0-9.-]*[A-Za-z0-9])?(?::([0-9]{1,5}))?)(?:/[!$&-;=?-Z_a-z~%]*)?)",
         std::regex::icase);
     std::smatch parts;
-    if (address.size() > 2000 || !std::regex_match(address, parts, pattern)) {
-        throw Error(Fault::usage,
-                    fmt::format("--post {}: expected an address that begins with http:// or "
-                                "https:// and has neither a user nor a fragment",
-                                address));
+    constexpr int kMostPort = 65535;
+    if (address.size() > 2000 || !std::regex_match(address, parts, pattern) ||
+        (parts[2].matched && std::stoi(parts[2]) > kMostPort)) {
+        throw Error(
+            Fault::usage,
+            fmt::format("--post {}: expected an address that begins with http:// or "
+                        "https:// and has neither a user, a fragment nor an address of IPv6",
+                        address));
     }
     std::string origin = parts[1];
     std::ranges::transform(origin, origin.begin(),

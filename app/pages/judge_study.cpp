@@ -17,6 +17,7 @@
 #include "engine/base/text.h"
 #include "scan/io/input.h"
 #include "scan/io/json_format.h"
+#include "scan/votes/exclusion_rules.h"
 
 namespace merl::app {
 namespace {
@@ -114,11 +115,11 @@ constexpr std::array kSettings = {
             "Who is an invalid judge, stated before anybody takes part: `merl-scan votes` says who "
             "is, and all figures with and without. So many failed sentinels or more;"},
     Setting{"exclusion.repeats_below", Kind::number, "null", 0, 1, "",
-            "a smaller share of repeats answered like the first time;"},
+            "a smaller share of repeats, above 0, answered like the first time;"},
     Setting{"exclusion.median_time_below", Kind::number, "null", 0, 600, "",
-            "a smaller median response time, in seconds;"},
+            "a smaller median response time, above 0, in seconds;"},
     Setting{"exclusion.same_key_above", Kind::number, "null", 0, 1, "",
-            "a larger share of answers given with one key;"},
+            "a larger share of answers, below 1, given with one key;"},
     Setting{"exclusion.calibration_failed", Kind::flag, "false", 0, 0, "",
             "whose screen failed the check of calibration.gamma."},
     Setting{"calibration.card", Kind::flag, "false", 0, 0, "",
@@ -514,10 +515,12 @@ class StudyReader {
 
     std::string read_name(const std::string& path, const ordered_json& value) const {
         auto name = value.is_string() ? value.get<std::string>() : "";
-        if (name.empty() || name.size() > 60 || !std::ranges::all_of(name, [](char c) {
+        // Objects of JavaScript have keys of their own that begin like this.
+        if (name.empty() || name.size() > 60 || name[0] == '_' ||
+            !std::ranges::all_of(name, [](char c) {
                 return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '_';
             })) {
-            fail(path, value, "1 to 60 of the characters a to z, 0 to 9 and _");
+            fail(path, value, "1 to 60 of the characters a to z, 0 to 9 and _, not _ first");
         }
         return name;
     }
@@ -624,6 +627,7 @@ class StudyReader {
             fail("calibration.gamma_most", calibration["gamma_most"],
                  fmt::format("more than gamma_least, {}", calibration["gamma_least"].dump()));
         }
+        check_exclusion(settings["exclusion"]);
         if (settings["exclusion"]["calibration_failed"] == true && calibration["gamma"] == false) {
             fail("exclusion.calibration_failed", "needs calibration.gamma");
         }
@@ -641,6 +645,17 @@ class StudyReader {
         }
         check_names(settings);
         check_languages(settings);
+    }
+
+    /// `votes` has to take what goes into kit.json when everybody has taken part.
+    void check_exclusion(const ordered_json& exclusion) const {
+        for (const auto& rule : exclusion.items()) {
+            if (!rule.value().is_null()) {
+                nlohmann::json one = nlohmann::json::object();
+                one[rule.key()] = rule.value();
+                (void)scan::parse_rules(one, file_ + ": exclusion");
+            }
+        }
     }
 
     void check_spheres(const ordered_json& settings) const {
@@ -719,23 +734,11 @@ class StudyReader {
     std::vector<std::string> languages_;
 };
 
-/// Parses JSON with comments; throws InputError with the line, or for a key that is there twice.
+/// Parses JSON with comments; throws InputError, of a syntax error with the line.
 ordered_json parse_with_comments(std::string_view text, const std::string& file) {
-    std::vector<std::set<std::string>> keys;
-    const auto watch = [&](int, ordered_json::parse_event_t event, ordered_json& parsed) {
-        using Event = ordered_json::parse_event_t;
-        if (event == Event::object_start) {
-            keys.emplace_back();
-        } else if (event == Event::object_end) {
-            keys.pop_back();
-        } else if (event == Event::key &&
-                   !keys.back().insert(parsed.get_ref<const std::string&>()).second) {
-            throw InputError(fmt::format("{}: found the key {} twice", file, found_text(parsed)));
-        }
-        return true;
-    };
     try {
-        return ordered_json::parse(without_byte_order_mark(text), watch, true, true);
+        return ordered_json::parse(without_byte_order_mark(text),
+                                   scan::JsonCheck<ordered_json>(file), true, true);
     } catch (const ordered_json::exception& error) {
         throw InputError(fmt::format("{}: is no JSON: {}", file, scan::json_fault(error)));
     }

@@ -107,7 +107,7 @@ function beginSession() {
 /** Everything of the judge at work in one file (docs/file-formats.md). */
 function judgeFile() {
   const tenth = value => Math.round(10 * value) / 10;
-  const answers = list => Object.fromEntries(list.map(({ name }) => [name, judge.survey[name] ?? '']));
+  const answers = list => Object.fromEntries(list.map(({ name }) => [name, answerTo(name)]));
   return JSON.stringify(
            {
              format: 'merl-scan judge',
@@ -204,6 +204,9 @@ function fillConsent() {
 
 /* ---- questions ---- */
 
+/** What the judge at work has answered; a question may have any name, as `constructor`. */
+const answerTo = name => Object.hasOwn(judge.survey, name) ? judge.survey[name] : '';
+
 /** What a question says: by language, or a text of the page. */
 const said = (words, key) => words ? words[language] : text(key);
 
@@ -263,12 +266,13 @@ function makeQuestions(form, questions, button) {
 
 function fillQuestions(form, questions) {
   for (const { name, kind } of questions) {
-    const given = judge.survey[name] ?? '';
-    const field = byId(form).elements[name];
-    if (kind === 'text' || kind === 'number')
-      field.value = given;
-    else
-      for (const input of byId(form).querySelectorAll(`[name="${name}"]`)) input.checked = input.value === given;
+    const given = answerTo(name);
+    for (const field of byId(form).querySelectorAll(`[name="${name}"]`)) {
+      if (kind === 'text' || kind === 'number')
+        field.value = given;
+      else
+        field.checked = field.value === given;
+    }
   }
 }
 
@@ -365,7 +369,8 @@ function imageSide() {
   const { unit, diameter } = study.spheres;
   if (unit === 'window') return null;
   if (unit === 'pixels') return diameter / sphereShare;
-  const { css_px_per_mm: density, distance_mm: distance } = judge.calibration;
+  const { css_px_per_mm: then, distance_mm: distance, pixel_ratio: ratio = devicePixelRatio } = judge.calibration;
+  const density = then * ratio / devicePixelRatio;  // the page may be magnified in another way by now
   return 2 * distance * Math.tan(diameter * Math.PI / 360) * density / sphereShare;
 }
 
@@ -470,7 +475,7 @@ function showDone() {
   if (kit.post) deliver();
 }
 
-const receiver = () => kit.post ? new URL(kit.post).origin : '';
+const receiver = () => /^https?:\/\/[^/]+/i.exec(kit.post)?.[0].toLowerCase() ?? '';
 
 /**
  * Sends a text to the receiver, which says how many bytes it has stored. Throws an error that is
@@ -560,12 +565,29 @@ function askToWithdraw() {
   show('withdrawing');
 }
 
+/** Between the pages of this browser. */
+let withdrawals = null;
+
+/**
+ * A judge has withdrawn in another page; what this one remembers would come back with the next
+ * answer.
+ */
+function forget({ who, token }) {
+  const other = desks.get(who);
+  if (other && other.judge.token !== token) return;
+  if (other) other.erased = true;
+  desks.delete(who);
+  const name = judgeOfTab();
+  if (name && identity(name) === who) welcome();
+}
+
 /** Erases the judge at work here, and asks the receiver to, if something was sent. */
 async function withdraw() {
   const mine = desk;
   const { name, token, sent } = mine.judge;
   const body = JSON.stringify({ format: 'merl-scan withdrawal', version: 1, kit_hash: kit.kit_hash, token });
   mine.erased = true;
+  withdrawals?.postMessage({ who: identity(name), token });
   try {
     // What is still to be asked of the receiver survives a closed page; it says nothing of the
     // judge.
@@ -574,6 +596,8 @@ async function withdraw() {
   } catch {
     mine.erased = false;
     byId('notErased').hidden = false;
+    // The receiver can erase all the same.
+    if (sent) askToErase(body, token);
     return;
   }
   desks.delete(identity(name));
@@ -641,5 +665,9 @@ function connectStudy() {
   byId('withdrawButton').addEventListener('click', askToWithdraw);
   byId('withdrawNo').addEventListener('click', () => show(judge.screen));
   byId('withdrawYes').addEventListener('click', withdraw);
+  if (study.consent && typeof BroadcastChannel === 'function') {
+    withdrawals = new BroadcastChannel(prefix);
+    withdrawals.addEventListener('message', ({ data }) => forget(data));
+  }
   if (kit.post) askAgain().catch(() => {});
 }

@@ -226,8 +226,9 @@ struct Answers {
     std::size_t none = 0;  ///< judges who gave none
 };
 
+/// Whether an answer is a step of a scale, 0 to 10.
 bool is_step(const std::string& answer) {
-    return answer.size() == 1 && answer[0] >= '0' && answer[0] <= '9';
+    return (answer.size() == 1 && answer[0] >= '0' && answer[0] <= '9') || answer == "10";
 }
 
 /// The answers to a question where they can be counted: not what judges wrote in their own words.
@@ -261,10 +262,14 @@ std::optional<Answers> answers_to(const std::string& question,
         return std::nullopt;
     }
     if (steps && !is_known) {  // also those that nobody chose
-        const char last = counts.rbegin()->first[0];
-        for (char step = std::min('1', counts.begin()->first[0]); step <= last; ++step) {
-            counts.try_emplace(std::string(1, step), 0);
+        int last = 0;
+        for (const auto& count : counts) {
+            last = std::max(last, std::stoi(count.first));
         }
+        for (int step = counts.contains("0") ? 0 : 1; step <= last; ++step) {
+            answers.counts.emplace_back(fmt::format("{}", step), counts[fmt::format("{}", step)]);
+        }
+        counts.clear();
     }
     answers.counts.insert(answers.counts.end(), counts.begin(), counts.end());
     return answers;

@@ -2,9 +2,13 @@
 
 #include <fmt/format.h>
 
+#include <cstddef>
 #include <cstdint>
 #include <nlohmann/json.hpp>
+#include <set>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "engine/base/error.h"
 #include "scan/io/input.h"
@@ -40,5 +44,38 @@ void expect_known_format(const Json& content, const std::string& file) {
                         file, found->template get<std::uint64_t>(), json_format));
     }
 }
+
+/// For the parser of nlohmann::json, of files that strangers may have made: throws InputError for a
+/// key that an object has twice, which readers take in different ways, and for what is nested so
+/// deeply that the stack does not suffice to quote it.
+template <typename Json>
+class JsonCheck {
+  public:
+    explicit JsonCheck(std::string file) : file_(std::move(file)) {}
+
+    bool operator()(int depth, typename Json::parse_event_t event, Json& parsed) {
+        using Event = typename Json::parse_event_t;
+        constexpr int kDeepest = 100;
+        if (depth > kDeepest) {
+            throw InputError(fmt::format("{}: is nested more than {} deep", file_, kDeepest));
+        }
+        if (event == Event::object_start) {
+            keys_.emplace_back();
+        } else if (event == Event::object_end) {
+            keys_.pop_back();
+        } else if (event == Event::key &&
+                   !keys_.back().insert(parsed.template get_ref<const std::string&>()).second) {
+            constexpr std::size_t kShown = 60;
+            auto key = parsed.dump(-1, ' ', true, Json::error_handler_t::replace);
+            key = key.size() > kShown ? key.substr(0, kShown) + "..." : key;
+            throw InputError(fmt::format("{}: found the key {} twice", file_, key));
+        }
+        return true;
+    }
+
+  private:
+    std::string file_;
+    std::vector<std::set<std::string>> keys_;  // of the objects that are not at their end
+};
 
 }  // namespace merl::scan

@@ -13,7 +13,7 @@ namespace {
 constexpr double kNearlyAll = 0.9;
 
 /// Seconds in which nobody has seen what was to be compared: the second material of a side comes
-/// after one, and of three spheres at once the page takes no answer earlier.
+/// after one, and of three spheres at once the page takes no answer earlier. A study has its own.
 constexpr double kSecondsOfPairs = 1;
 constexpr double kSecondsOfOriginals = 0.45;
 
@@ -83,7 +83,8 @@ std::vector<std::string> doubts_about(const Votes& votes, const JudgeVotes& judg
         doubts.push_back(
             fmt::format("answered \"equal\" to {} of {}", judge.trials.votes[1], answers));
     }
-    const double least = votes.reference.empty() ? kSecondsOfPairs : kSecondsOfOriginals;
+    const double least = votes.seconds_to_see.value_or(
+        votes.reference.empty() ? kSecondsOfPairs : kSecondsOfOriginals);
     if (judge.times.count > 0 && judge.times.quartiles[1] < 1000 * least) {
         doubts.push_back(
             fmt::format("has a median response of {:.2g} s, in which {} cannot have been seen",

@@ -9,6 +9,7 @@
 
 #include "engine/base/text.h"
 #include "scan/io/input.h"
+#include "scan/io/json_format.h"
 
 namespace merl::scan {
 namespace {
@@ -132,7 +133,7 @@ bool is_judge_file(std::string_view text) {
 JudgeFile parse_judge_file(std::string_view text, const std::string& file) {
     json content;
     try {
-        content = json::parse(without_byte_order_mark(text));
+        content = json::parse(without_byte_order_mark(text), JsonCheck<json>(file));
     } catch (const json::exception& error) {
         throw InputError(fmt::format("{}: is no JSON: {}", file, json_fault(error)));
     }
@@ -166,8 +167,8 @@ JudgeFile parse_judge_file(std::string_view text, const std::string& file) {
         result.votes.rows.push_back(std::move(row));
     }
     const auto survey = value.at("survey");
-    if (!survey.get().is_object()) {
-        survey.fail("an object");
+    if (!survey.get().is_object() || survey.get().size() > max_answers) {
+        survey.fail(fmt::format("an object of at most {} answers", max_answers));
     }
     for (const auto& answer : survey.get().items()) {
         result.survey.push_back({.judge = result.votes.judge,

@@ -205,9 +205,9 @@ class KitFilter {
     static constexpr int kDeepest = 100;
     static constexpr int kMostValues = 200'000;  // below a key of the kit
     static constexpr int kMostValuesOfTrial = 100;
-    static constexpr std::array<std::string_view, 13> kKeysOfKit = {
+    static constexpr std::array<std::string_view, 14> kKeysOfKit = {
         "format",   "program",  "kit_hash", "seed",     "selection_hash", "metrics", "reference",
-        "database", "warnings", "options",  "practice", "exclusion",      "trials"};
+        "database", "warnings", "options",  "practice", "exclusion",      "study",   "trials"};
     static constexpr std::array<std::string_view, 6> kKeysOfTrial = {
         "configuration", "kind", "left", "right", "expected", "agreement"};
 
@@ -335,6 +335,38 @@ void read_options(const Object& options, Kit& kit) {
     options.read("exposure", kit.view.exposure);
     options.read("background", kit.view.background);
     options.read("encoding", kit.view.encoding);
+}
+
+/// The second material of a side comes after one period, and the page takes no answer before the
+/// earliest time, less the frame or so in which spheres came.
+void read_timing(const Object& timing, Kit& kit) {
+    constexpr double kFrames = 50;
+    double milliseconds = 0;
+    timing.read(kit.reference.empty() ? "period_ms" : "earliest_ms", milliseconds);
+    if (milliseconds > 0) {
+        kit.seconds_to_see = (milliseconds - (kit.reference.empty() ? 0 : kFrames)) / 1000;
+    }
+}
+
+/// The names of the questions of a study that have no answers to choose from.
+std::set<std::string> read_open_questions(const Object& study) {
+    std::set<std::string> names;
+    for (const auto* key : {"before", "after"}) {
+        const json* const questions = study.find(key);
+        if (questions == nullptr || questions->is_null()) {  // those of every kit
+            continue;
+        }
+        if (!questions->is_array()) {
+            study.fail(fmt::format("\"{}\": expected an array", key));
+        }
+        for (const json& question : *questions) {
+            const Object object(question, study.place(key));
+            if (const auto kind = object.text("kind"); kind == "text" || kind == "number") {
+                names.insert(object.text("name"));
+            }
+        }
+    }
+    return names;
 }
 
 /// Throws InputError unless the trials are as the reference says.
@@ -539,6 +571,12 @@ Kit parse_kit(std::string_view text, const std::string& file) {
     }
     if (const json* const exclusion = object.find("exclusion")) {
         kit.exclusion = parse_rules(*exclusion, object.place("exclusion"));
+    }
+    if (const auto study = object.object("study")) {
+        if (const auto timing = study->object("timing")) {
+            read_timing(*timing, kit);
+        }
+        kit.open_questions = read_open_questions(*study);
     }
     if (!object.at("trials").is_array() || kit.trials.empty()) {
         object.fail(fmt::format("\"trials\": expected an array of 1 to {} trials", max_trials));

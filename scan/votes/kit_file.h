@@ -5,6 +5,7 @@
 #include <map>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
+#include <set>
 #include <span>
 #include <string>
 #include <string_view>
@@ -82,7 +83,11 @@ struct Kit {
     std::vector<FourMaterials> more_practice = {};
     std::string study = {};       ///< the settings of its study file (JSON); empty: it has none
     std::string study_hash = {};  ///< content hash of that file
-    std::string post = {};        ///< where the page sends what judges answer; empty: nowhere
+    /// Read from the study: within so many seconds nobody has seen what is to be compared.
+    std::optional<double> seconds_to_see = {};
+    /// Read from the study: questions that judges answer in their own words, or with any number.
+    std::set<std::string> open_questions = {};
+    std::string post = {};  ///< where the page sends what judges answer; empty: nowhere
     /// How each image was made, by material as shown_materials has them and by light: stops, and
     /// the share of the sphere's pixels that are brighter than white in a channel.
     std::vector<std::vector<double>> exposures = {};

@@ -16,6 +16,13 @@ namespace merl::scan {
 
 namespace {
 
+/// A judge and a question.
+using Question = std::pair<std::wstring, std::string>;
+
+Question question_of(const SurveyAnswer& answer) {
+    return {judge_identity(answer.judge), answer.question};
+}
+
 bool has_survey_columns(const std::vector<std::string>& header) {
     return fmt::format("{}", fmt::join(header, ",")) == survey_columns;
 }
@@ -48,10 +55,6 @@ void parse_survey(std::string_view text, const std::string& file,
 }
 
 std::size_t drop_repeated_answers(std::vector<SurveyAnswer>& answers) {
-    using Question = std::pair<std::wstring, std::string>;
-    const auto question_of = [](const SurveyAnswer& answer) {
-        return Question(judge_identity(answer.judge), answer.question);
-    };
     std::set<Question> answered;
     for (const auto& answer : answers) {
         if (!answer.answer.empty()) {
@@ -64,6 +67,14 @@ std::size_t drop_repeated_answers(std::vector<SurveyAnswer>& answers) {
         const bool better = answer.answer.empty() && answered.contains(question);
         return better || !seen.emplace(question, answer.answer).second;
     });
+}
+
+std::size_t contrary_answers(const std::vector<SurveyAnswer>& answers) {
+    std::set<Question> questions;
+    for (const auto& answer : answers) {
+        questions.insert(question_of(answer));
+    }
+    return answers.size() - questions.size();
 }
 
 void write_survey(int file, const std::vector<SurveyAnswer>& answers) {

@@ -33,6 +33,10 @@ void parse_survey(std::string_view text, const std::string& file,
 /// no answer where there is one. Returns how many rows that were.
 std::size_t drop_repeated_answers(std::vector<SurveyAnswer>& answers);
 
+/// How many rows answer what a row of the same judge answers, too: several saves, between which the
+/// judge has changed an answer. To be called when what is repeated has been dropped.
+std::size_t contrary_answers(const std::vector<SurveyAnswer>& answers);
+
 /// Writes the same columns; every text is csv_free_text. Throws std::system_error.
 void write_survey(int file, const std::vector<SurveyAnswer>& answers);
 

@@ -224,6 +224,18 @@ std::vector<const VoteFile*> counted_files(const Kit* kit, std::span<const VoteF
     return counted;
 }
 
+/// Of judges whose screen was checked, whether it failed. Of several saves that count as one the
+/// page's one file alone says so, whichever is counted.
+std::map<std::wstring, bool> failed_calibrations(std::span<const VoteFile> files) {
+    std::map<std::wstring, bool> failed;
+    for (const auto& file : files) {
+        if (file.calibration_failed) {
+            failed.emplace(judge_identity(file.judge), *file.calibration_failed);
+        }
+    }
+    return failed;
+}
+
 }  // namespace
 
 std::string compare_with_scan(const Kit& kit, const ScannedMaterials& scanned) {
@@ -276,16 +288,18 @@ Votes gather_votes(const SelectionFile& selection, const std::string& selection_
                 .configurations = experiment.configurations(),
                 .judges = {},
                 .trials = experiment.trials().size(),
-                .warnings = std::move(warnings)};
+                .warnings = std::move(warnings),
+                .seconds_to_see = kit != nullptr ? kit->seconds_to_see : std::nullopt};
     std::map<std::uint64_t, std::uint32_t> index;
     for (std::uint32_t k = 0; k < votes.configurations.size(); ++k) {
         index[votes.configurations[k].number] = k;
     }
+    const auto failed = failed_calibrations(files);
     for (const auto* file : counted) {
-        Judge judge{.name = file->judge,
-                    .file = file->file,
-                    .ballots = {},
-                    .calibration_failed = file->calibration_failed};
+        Judge judge{.name = file->judge, .file = file->file, .ballots = {}};
+        if (const auto found = failed.find(judge_identity(file->judge)); found != failed.end()) {
+            judge.calibration_failed = found->second;
+        }
         std::set<Trial> missing = experiment.trials();
         auto rows = file->rows;
         std::ranges::sort(rows, {}, &TrialRow::trial);

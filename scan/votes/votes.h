@@ -60,6 +60,7 @@ struct Votes {
     std::vector<Judge> judges;                        ///< in the order of the files
     std::uint64_t trials;                             ///< of each judge
     std::vector<std::string> warnings = {};           ///< saves not counted, one line each
+    std::optional<double> seconds_to_see = {};        ///< Kit::seconds_to_see
 };
 
 /// What was scanned, as the summary of a scan has it.

@@ -8,9 +8,11 @@ import os
 import pathlib
 import re
 import signal
+import socket
 import subprocess
 import sys
 import tempfile
+import time
 import unittest
 
 RECEIVER = pathlib.Path(__file__).parents[3] / "examples" / "receiver.py"
@@ -147,6 +149,7 @@ class Receiver(ReceiverCase):
                 ({**good, "trials": good["trials"][:2]}, 400), ({**good, "trials": [good["trials"][0]] * 3}, 400),
                 ({**good, "trials": other_pair}, 400), ({**good, "trials": [1, 2, 3]}, 400),
                 ({**good, "trials": [{**trial, "vote": 4} for trial in good["trials"]]}, 400),
+                (json.dumps({**good, "comment": 1}).replace('"comment": 1', '"comment": NaN').encode(), 400),
                 ({**good, "comment": "x" * 2_000_000}, 413)):
             with self.subTest(body=str(body)[:80]):
                 try:
@@ -160,6 +163,26 @@ class Receiver(ReceiverCase):
         self.assertEqual(self.files(), {})
         self.assertEqual(self.post(good)[0], 200)
 
+    def test_consent_is_needed_where_the_kit_asks_for_it(self):
+        (self.work / "kit.json").write_text(json.dumps({**KIT, "study": {"consent": {"en": "Yes?"}}}))
+        self.start()
+        for consent in None, True, "yes":
+            self.assertEqual(self.post(file_of(1, consent=consent))[0], 400)
+        self.assertEqual(self.files(), {})
+        self.assertEqual(self.post(file_of(1, consent={"language": "en"}))[0], 200)
+
+    def test_no_address_is_written_down(self):
+        process = subprocess.Popen([sys.executable, RECEIVER, "--kit", self.work / "kit.json", "--out", self.out, "--port", "0"],
+                                   stdout=subprocess.PIPE, stderr=subprocess.PIPE, encoding="utf-8")
+        self.process = process
+        self.host, self.port = "127.0.0.1", int(re.search(r":([0-9]+)/ ", process.stdout.readline())[1])
+        self.assertEqual(self.post(file_of(1))[0], 200)
+        process.kill()
+        with process.stderr as said:
+            words = said.read()
+        self.assertIn("POST / HTTP/1.1", words)
+        self.assertNotIn("127.0.0.1", words)
+
     def test_rates_are_bounded(self):
         self.start("--per-minute", "3")
         answers = [self.post(file_of(number))[0] for number in range(5)]
@@ -168,6 +191,20 @@ class Receiver(ReceiverCase):
         self.start("--per-minute-of-all", "2")
         answers = [self.post(file_of(number))[0] for number in range(4)]
         self.assertEqual(answers, [200, 200, 429, 429])
+
+    def test_slow_senders_are_cut_off(self):
+        self.start("--seconds", "1")
+        with socket.create_connection((self.host, self.port), timeout=60) as slow:
+            slow.sendall(b"POST / HTTP/1.1\r\nHost: x\r\nContent-Length: 1000\r\n\r\n")
+            try:
+                for _ in range(600):  # far longer than any one wait for a byte
+                    slow.sendall(b"x")
+                    time.sleep(0.05)
+                self.fail("it was read for half a minute")
+            except OSError:
+                pass
+        self.assertEqual(self.files(), {})
+        self.assertEqual(self.post(file_of(1))[0], 200)
 
 
 if __name__ == "__main__":

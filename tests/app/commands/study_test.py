@@ -97,6 +97,10 @@ class Study(Case):
                 ({"spheres": {"unit": "degrees", "diameter": 2}}, "spheres.unit", "calibration.card"),
                 ({"spheres": {"unit": "pixels"}}, "spheres.diameter"), ({"spheres": {"diameter": 2}}, "spheres.diameter"),
                 ({"exclusion": {"repeats_below": 1.1}}, "exclusion.repeats_below: found 1.1"),
+                # What votes would refuse when everybody has taken part.
+                ({"exclusion": {"repeats_below": 0}}, "exclusion, repeats_below: found 0", "above 0"),
+                ({"exclusion": {"median_time_below": 0}}, "exclusion, median_time_below: found 0", "above 0"),
+                ({"exclusion": {"same_key_above": 1}}, "exclusion, same_key_above: found 1", "below 1"),
                 ({"exclusion": {"calibration_failed": True}}, "exclusion.calibration_failed", "calibration.gamma"),
                 ({"calibration": {"gamma_least": 3}}, "calibration.gamma_most", "more than gamma_least, 3"),
                 ({"calibration": {"card": 1}}, "calibration.card: found 1", "true or false"),
@@ -108,6 +112,7 @@ class Study(Case):
                 ({"before": [{"name": "q", "kind": "text"}]}, 'before[0]: "text" is missing'),
                 ({"before": [{**question, "kind": "poem"}]}, "before[0].kind"),
                 ({"before": [{**question, "name": "Q q"}]}, "before[0].name"),
+                ({"before": [{**question, "name": "__proto__"}]}, "before[0].name"),
                 ({"before": [{**question, "least": 1}]}, "before[0].least: is no key"),
                 ({"before": [{**question, "choices": ["a"]}]}, "before[0].choices"),
                 ({"before": [{**question, "choices": ["a", "a"]}]}, "before[0].choices[1]", "second time"),
@@ -119,6 +124,7 @@ class Study(Case):
                 self.refused(study, *words)
         self.refused('{\n  "title": "x",\n  "languages": ["en"\n  "consent": null\n}', "no JSON", "line 4")
         self.refused('{"title": "a", "title": "b"}', 'the key "title" twice')
+        self.refused('{"title": ' + "[" * 200_000 + "]" * 200_000 + "}", "nested more than 100 deep")
         self.refused('{"title": "\xff"}'.encode("latin-1").decode("latin-1").replace("\xff", "\x00"), "no JSON")
         self.assert_refused(INPUT, ["none.json", "cannot be opened"], *self.options("--study", "none.json"))
 
@@ -146,10 +152,11 @@ class Study(Case):
 
     def test_addresses_to_post_to(self):
         for address in ("ftp://a/", "example.org", "http://", "http://a b/", "https://u@a/", "https://a;b/", "https://a'/", "https://a/#b",
-                        "https://a/\"", "https://a:123456/", "https://a/\u00e5"):
+                        "https://a/\"", "https://a:123456/", "https://a:65536/", "https://a/\u00e5",
+                        "https://[::1]:80/"):  # which a policy of a page has no place for
             with self.subTest(address=address):
                 self.assert_refused(USAGE, ["--post", "http"], *self.options("--post", address))
-        for address in "https://a", "http://127.0.0.1:8765/", "https://[::1]:80/x?y=%20":
+        for address in "https://a", "http://127.0.0.1:8765/", "https://localhost:65535/x?y=%20":
             self.assert_success(*self.options("--force", "--post", address))
 
     def test_exposure_by_image_clips_a_hundredth(self):
@@ -183,7 +190,7 @@ class Study(Case):
                 "survey": {"age": "30", "comments": ""}, "calibration": {"passed": False, "gamma": 1.2}}, "\n".join(rows) + "\n"
 
     def test_votes_reads_the_one_file(self):
-        _, kit = self.judge({"calibration": {"gamma": True}})
+        _, kit = self.judge({"calibration": {"gamma": True}, "before": [{"name": "age", "kind": "number", "text": "Age?"}]})
         (self.work / "mixed").mkdir()
         for name in "ann", "bo", "cy":
             everything, rows = self.judge_file(kit, name)
@@ -198,9 +205,25 @@ class Study(Case):
             self.assertEqual((self.work / "json" / name).read_text(), (self.work / "csv" / name).read_text(), name)
         self.assertEqual(sorted((self.work / "json" / "survey.csv").read_text().splitlines()),
                          sorted((self.work / "csv" / "survey.csv").read_text().splitlines()))
+        # What judges wrote themselves is in no picture, though all wrote the same.
+        self.assertIn('"age"', (self.work / "json" / "votes.html").read_text())
+        self.assertNotIn("survey-age", (self.work / "json" / "votes.html").read_text())
+        # A judge who has changed an answer between two saves would count twice.
+        changed, _ = self.judge_file(kit, "ann")
+        (self.work / "later.json").write_text(json.dumps({**changed, "survey": {**changed["survey"], "age": "31"}}))
+        said = self.run_program("votes", "ann.json", "later.json", *votes, "--out", "changed")
+        self.assertEqual(said.returncode, 0, said.stderr)
+        self.assertIn("1 answer beside another one of the same judge", said.stderr)
+        # Of two saves of one judge the one that was counted may be the table, which says nothing of the screen.
+        self.assert_success("votes", "ann.csv", "ann.json", "bo.json", "cy.csv", *votes, "--out", "twice",
+                            "--exclude", "calibration_failed=true")
+        excluded = read_json(self.work / "twice" / "summary.json")["exclusion"]["judges"]
+        self.assertEqual([judge["judge"] for judge in excluded], ["ann", "bo"])
         good, _ = self.judge_file(kit, "dan")
         first, *others = good["trials"]
-        for bad, *words in (("{", "no JSON", "line 1"), ({"format": "x"}, "format", "merl-scan judge"),
+        for bad, *words in (("{", "no JSON", "line 1"), ('{"format": ' + "[" * 200_000 + "]" * 200_000 + "}", "nested more than 100 deep"),
+                            ('{"format": "merl-scan judge", "judge": "a", "judge": "b"}', 'the key "judge" twice'),
+                            (json.dumps(good).replace('"vote": 1', '"vote": 1e999', 1), "no JSON"), ({"format": "x"}, "format", "merl-scan judge"),
                             ({**good, "version": 2}, "version: found 2", "newer"), ({**good, "judge": ""}, "judge:", "a name"),
                             ({**good, "trials": []}, "trials: found []"), ({**good, "trials": [1]}, "trials[0]", "an object"),
                             ({**good, "trials": [first, first]}, "trials[1]", "a second time"),
@@ -214,6 +237,19 @@ class Study(Case):
             with self.subTest(bad=str(bad)[:80]):
                 (self.work / "bad.json").write_text(bad if isinstance(bad, str) else json.dumps(bad))
                 self.assert_refused(INPUT, ["bad.json", *words], "votes", "bad.json", *votes, "--out", "none")
+
+    def test_what_a_quick_judge_can_have_seen(self):
+        """The second material comes after a second, or when the study says."""
+        for study, hasty in ({}, True), ({"timing": {"period_ms": 400}}, False):
+            _, kit = self.judge(study)
+            everything, _ = self.judge_file(kit, "ann")
+            for trial in everything["trials"]:
+                trial["response_ms"] = None if trial["vote"] is None else 700
+            (self.work / "ann.json").write_text(json.dumps(everything))
+            self.assert_success("votes", "ann.json", "--selection", "results/selection.csv", "--kit", "kit/kit.json",
+                                "--quiet", "--force", "--out", "analysis")
+            (judge,) = read_json(self.work / "analysis" / "summary.json")["figures"]["judges"]
+            self.assertEqual(any("median response of 0.7 s" in doubt for doubt in judge["looks_wrong"]), hasty)
 
     def test_the_selection_is_needed(self):
         self.assert_refused(USAGE, ["--selection"], "judge", "--out", "kit")

@@ -689,7 +689,8 @@ class Votes(Case):
                    "preferred_question": ["larger", "larger", "smaller", "smaller", "either"],
                    "frequency": ["about right"] * 4 + ["too fast"], "sphere_size": ["about right"] * 5,
                    "keys_easy": ["5", "5", "5", "4", "4"], "vision_impairment": ["no"] * 5,
-                   "comments": ["", "", "", "more & <b>better</b>", "more"], "hand": ["left", "right", "right", "left", ""]}
+                   "comments": ["", "", "", "more & <b>better</b>", "more"], "hand": ["left", "right", "right", "left", ""],
+                   "likely": ["10", "0", "10", "7", "7"]}
         write_rows(self.work / "answers.csv", ["judge", "question", "answer"],
                    [[f"judge {j}", question, given[j]] for question, given in answers.items() for j in range(5)])
         self.assert_success("votes", *files, "--selection", self.selection, "--survey", "answers.csv",
@@ -747,6 +748,9 @@ class Votes(Case):
         self.assertEqual([float(box.get("height")) for box in of("survey-keys-easy", "rect")[1:4]], [0, 0, 0])
         four, five = [float(box.get("height")) for box in of("survey-keys-easy", "rect")[4:]]
         self.assertAlmostEqual(four / five, 2 / 3, delta=0.01)
+        # A scale from 0 to 10, in its order.
+        self.assertEqual([float(box.get("height")) > 0 for box in of("survey-likely", "rect")[1:]],
+                         [step in (0, 7, 10) for step in range(11)])
         self.assertIn("no answer: 1", pictures["survey-hand"][1])
         for name in names:
             root, image = pictures[name][0], saved[f"{name}.png"]

@@ -18,14 +18,15 @@ STUDY = """{
   // A study with everything in it.
   "title": {"en": "A study of spheres", "de": "Eine Studie mit Kugeln"},
   "languages": ["en", "de"],
-  "consent": {"en": "You may take part.\\n\\nOr not.", "de": "Sie dürfen teilnehmen."},
+  "consent": {"en": "You may take part.\\n\\nOr not {GDPR}.", "de": "Sie dürfen teilnehmen."},
   "debrief": "It was about metrics. </script><script>document.title = 'hit'</script>",
   "surround": "grey",
   "before": [
     {"name": "age", "kind": "number", "text": "How old are you?", "required": true, "least": 18, "most": 120},
     {"name": "screen", "kind": "choice", "text": "Which screen?", "choices": ["phone", {"answer": "other", "text": "another one"}]}
   ],
-  "after": [{"name": "sure", "kind": "scale", "text": "How sure were you?", "low": "not at all", "high": "very"}],
+  "after": [{"name": "sure", "kind": "scale", "text": "How sure were you?", "low": "not at all", "high": "very"},
+    {"name": "length", "kind": "text", "text": "Was it long?"}, {"name": "constructor", "kind": "text", "text": "Whose is it?"}],
   "timing": {"break_every": 2, "between": "mask", "between_ms": 300},
   "practice": {"trials": 2, "pass": 2},
   "calibration": {"card": true, "gamma": true, "colour_vision": true, "window_width": 600},
@@ -127,7 +128,7 @@ class Study(StudyCase):
         self.assertEqual([key for key in self.stored_keys() if key.startswith("judge:")], [])
         self.assertIsNone(self.browser.run("history.state"))
         words = self.browser.run("document.getElementById('consent').innerText")
-        for said in "You may take part.", "your time zone", "whether your system forces colours", "date and time":
+        for said in "You may take part.", "Or not {GDPR}.", "your time zone", "whether your system forces colours", "date and time":
             self.assertIn(said, words)
         self.assertNotIn("which browser", words)  # the study does not record it
         # Without the tick there is no way on.
@@ -161,6 +162,11 @@ class Study(StudyCase):
         side = 2 * 600 * math.tan(math.radians(0.5)) * 428 / 85.6 / 0.9
         width = self.browser.run("document.querySelector('#left canvas').getBoundingClientRect().width")
         self.assertAlmostEqual(width, side, delta=0.1)
+        # It is as large for the eye where the page is magnified afterwards.
+        for magnified in 2, 1:
+            self.browser.call("Emulation.setDeviceMetricsOverride", width=1100 // magnified, height=800 // magnified,
+                              deviceScaleFactor=magnified, mobile=False)
+            self.until(f"Math.abs(document.querySelector('#left canvas').getBoundingClientRect().width - {side / magnified}) < 0.1")
         self.answer("1")
         self.press("ArrowUp")
         self.answer("2")  # another answer to the first
@@ -180,7 +186,7 @@ class Study(StudyCase):
         self.assertEqual((found["format"], found["version"], found["judge"], found["complete"]),
                          ("merl-scan judge", 1, "anna", True))
         self.assertEqual((found["kit_hash"], found["study_hash"]), (self.kit["kit_hash"], self.kit["study_hash"]))
-        self.assertEqual(found["survey"], {"age": "44", "screen": "", "sure": "4"})
+        self.assertEqual(found["survey"], {"age": "44", "screen": "", "sure": "4", "length": "", "constructor": ""})
         self.assertEqual(set(found["consent"]), {"language", "given"})
         self.assertEqual(len(found["sessions"]), 2)  # it was loaded again
         self.assertEqual(set(found["sessions"][0]), {"begun", "languages", "screen", "time_zone", "forced_colors",
@@ -205,7 +211,7 @@ class Study(StudyCase):
         self.assertEqual([[row["left_1"], row["left_2"], row["right_1"], row["right_2"], row["swapped"], row["response_ms"]] for row in rows],
                          [[*t["left"], *t["right"], str(t["swapped"]), str(t["response_ms"])] for t in found["trials"]])
         survey = self.download("#saveSurvey", "survey-anna.csv")
-        self.assertEqual([row["question"] for row in survey], ["age", "screen", "sure"])
+        self.assertEqual([row["question"] for row in survey], ["age", "screen", "sure", "length", "constructor"])
         self.assert_calm()
         # What counts as invalid is the researcher's to know.
         self.assertEqual(self.kit["exclusion"], {"sentinels_failed": 1, "calibration_failed": True})
@@ -235,6 +241,30 @@ class Study(StudyCase):
         self.name("anna")
         self.until_screen("consent")
         self.assertEqual(self.browser.run("judge.votes.some(vote => vote > 0)"), False)
+        self.assert_calm()
+
+    def test_withdrawing_reaches_other_tabs(self):
+        self.show(width=1100, height=800)
+        self.to_the_trials()
+        self.answer("1")
+        self.until("desk.loose.size === 0")
+        first = self.browser.session
+        self.show_again(width=1100, height=800)
+        self.name("anna")
+        self.until_screen("elsewhere")
+        self.click("#takeOver")
+        self.until_screen("trial")
+        # While the page is in its turn it has a way to withdraw on the instructions, too.
+        self.browser.run("instruct()")
+        self.assertFalse(self.browser.run("byId('withdrawHere').hidden"))
+        self.browser.run("byId('withdrawButton').click()")
+        self.browser.run("byId('withdrawYes').click()")
+        self.until_screen("withdrawn")
+        # The first tab remembered everything.
+        self.browser.use(first)
+        self.until_screen("start")
+        self.assertEqual(self.browser.run("[desks.size, judge, history.state]"), [0, None, None])
+        self.assertNotIn("judge:anna", self.stored_keys())
         self.assert_calm()
 
     def test_a_language_that_the_page_does_not_know_says_everything(self):
