@@ -24,7 +24,7 @@ tests)
         pybind11-dev python3-dev python3-numpy mypy            # the Python module and its tests
         python3-venv python3-pip python3-setuptools python3-wheel  # its package
         python3-nbclient python3-nbformat python3-ipykernel python3-matplotlib python3-pandas  # its notebook and tables
-        python3 spirv-tools vulkan-validationlayers chromium   # what tests run
+        python3 spirv-tools vulkan-validationlayers chromium firefox-esr  # what tests run
         librsvg2-bin                                           # opens pictures that pages save
         zsh fish groff-base dpkg-dev                           # readers of what the program says of itself; packages
         libgtest-dev libgmock-dev libbenchmark-dev             # what they are made of

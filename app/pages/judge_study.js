@@ -656,6 +656,12 @@ function connectStudy() {
   byId('cardSize').value = 324;
   byId('cardSize').addEventListener('input', drawCard);
   byId('grey').addEventListener('input', drawStripes);
+  // Stripes are of the device's pixels, which a zoom changes; a card stands upright on a phone.
+  addEventListener('resize', () => {
+    if (byId('calibrate').hidden) return;
+    drawCard();
+    drawStripes();
+  });
   byId('calibration').addEventListener('submit', event => {
     event.preventDefault();
     finishCalibration();

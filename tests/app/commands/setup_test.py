@@ -30,12 +30,12 @@ class Setup(Case):
 
     def test_without_sudo(self):
         line = self.refused("tests", dpkg_query="exit 1", apt_get="exit 1", id="echo 1000")
-        for word in "sudo", "root", "apt-get install", "glslang-dev", "chromium", "libfmt-dev":
+        for word in "sudo", "root", "apt-get install", "glslang-dev", "chromium", "firefox-esr", "libfmt-dev":
             self.assertIn(word, line)
 
     def test_the_program_needs_no_tests(self):
         line = self.refused("program", dpkg_query="exit 1", apt_get="exit 1", id="echo 1000")
-        for word in "chromium", "clang", "gtest", "benchmark", "python3":
+        for word in "chromium", "firefox", "clang", "gtest", "benchmark", "python3":
             self.assertNotIn(word, line)
         self.assertIn("libvulkan-dev", line)
 

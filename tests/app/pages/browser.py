@@ -34,7 +34,27 @@ CLOCK = """
 """
 
 
-class Browser:
+class Window:
+    """What is asked of a page in any browser, by its run()."""
+
+    def draw(self):
+        """Waits until what is due is drawn."""
+        self.run("new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))")
+
+    def text(self, selector):
+        return self.run(f"document.querySelector({json.dumps(selector)}).textContent")
+
+    def place_of(self, selector):
+        """The middle of an element, which must be in the window."""
+        x, y, inside = self.run(
+            f"(() => {{ const b = document.querySelector({json.dumps(selector)}).getBoundingClientRect();"
+            "const x = b.x + b.width / 2, y = b.y + b.height / 2;"
+            "return [x, y, x >= 0 && y >= 0 && x < innerWidth && y < innerHeight]; })()")
+        assert inside, selector
+        return {"x": x, "y": y}
+
+
+class Browser(Window):
     """One browser, with one page to begin with. Use it in a with statement. A profile that is given
     stays; `preferences` are the user's settings, as Chromium keeps them, `flags` more options of it."""
 
@@ -165,10 +185,6 @@ class Browser:
         """For pages that are opened after this: how fast their frames say that time goes."""
         self.call("Page.addScriptToEvaluateOnNewDocument", source=CLOCK % speed)
 
-    def draw(self):
-        """Waits until what is due is drawn."""
-        self.run("new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))")
-
     def run(self, script):
         """The value of a JavaScript expression, awaited."""
         result = self.call("Runtime.evaluate", expression=script, awaitPromise=True,
@@ -176,9 +192,6 @@ class Browser:
         if "exceptionDetails" in result:
             raise RuntimeError(json.dumps(result["exceptionDetails"]))
         return result["result"].get("value")
-
-    def text(self, selector):
-        return self.run(f"document.querySelector({json.dumps(selector)}).textContent")
 
     def press(self, key, code=None, **details):
         """Presses and releases a key: what it types, and what the place on the keyboard is called."""
@@ -192,15 +205,6 @@ class Browser:
                   code=key if code is None else code,
                   windowsVirtualKeyCode={"Enter": 13, "Tab": 9}.get(key, 0),
                   **({"text": text} if text else {}), **details)
-
-    def place_of(self, selector):
-        """The middle of an element, which must be in the window."""
-        x, y, inside = self.run(
-            f"(() => {{ const b = document.querySelector({json.dumps(selector)}).getBoundingClientRect();"
-            "const x = b.x + b.width / 2, y = b.y + b.height / 2;"
-            "return [x, y, x >= 0 && y >= 0 && x < innerWidth && y < innerHeight]; })()")
-        assert inside, selector
-        return {"x": x, "y": y}
 
     def click(self, selector, times=1):
         """Clicks with the mouse, or double-clicks with `times` 2, on the place of an element."""

@@ -72,6 +72,15 @@ class StudyCase(PageCase):
         self.browser.run("document.querySelector('#agreeing button').click()")
         self.until_screen("before")
 
+    def move(self, kit, to, address):
+        """Copies a kit whose page sends to 127.0.0.1:1, where nobody listens, to one that sends to an address."""
+        page = (self.kits / kit / "index.html").read_text(encoding="utf-8")
+        moved = self.kits / to
+        moved.mkdir(exist_ok=True)
+        (moved / "index.html").write_text(page.replace("http://127.0.0.1:1\"", address.rstrip("/") + "\"")
+                                          .replace("http://127.0.0.1:1/answers", address), encoding="utf-8")
+        (moved / "kit.json").write_bytes((self.kits / kit / "kit.json").read_bytes())
+
     def stored_keys(self):
         return self.browser.run("openDatabase().then(d => new Promise(done => { const r = d.transaction('kept').objectStore('kept')"
                                 ".getAllKeys(); r.onsuccess = () => done(r.result); }))")
@@ -118,6 +127,17 @@ class StudyCase(PageCase):
         return read_json(path)
 
 
+def receiving(case, kit):
+    """Starts examples/receiver.py for a kit, until the test ends; returns its address."""
+    process = subprocess.Popen(
+        [sys.executable, RECEIVER, "--kit", case.kits / kit / "kit.json", "--out", case.work / "received", "--port", "0", "--quiet"],
+        stdout=subprocess.PIPE, encoding="utf-8")
+    case.addCleanup(process.stdout.close)
+    case.addCleanup(process.wait)
+    case.addCleanup(process.kill)
+    return process.stdout.readline().split()[2]
+
+
 class Study(StudyCase):
     def test_a_whole_study(self):
         self.show(width=1100, height=800)
@@ -146,6 +166,13 @@ class Study(StudyCase):
         self.browser.run("document.querySelector('[name=age]').value = ''")
         self.browser.call("Input.insertText", text="44")
         self.browser.run("document.querySelector('#beforeQuestions button').click()")
+        # The card fits a phone, and stripes are two pixels of the device however the page is magnified.
+        self.until_screen("calibrate")
+        for width, scale in (390, 3), (1100, 2), (1100, 1):
+            self.browser.call("Emulation.setDeviceMetricsOverride", width=width, height=800, deviceScaleFactor=scale, mobile=False)
+            self.browser.draw()
+            self.assertEqual(self.browser.run("[byId('card').offsetHeight > byId('card').offsetWidth, byId('stripes').width]"),
+                             [width == 390, 280 * scale])
         self.calibrate()
         # The practice counts only when both are right.
         for vote in "1", "1":
@@ -487,16 +514,6 @@ class Posting(StudyCase):
     def make_kit(cls, out, *options):
         super().make_kit(out, "--study", "study.json", "--post", "http://127.0.0.1:1/answers")
 
-    def receive(self, kit):
-        """Starts a receiver; returns its address."""
-        self.process = subprocess.Popen(
-            [sys.executable, RECEIVER, "--kit", self.kits / kit / "kit.json", "--out", self.work / "received", "--port", "0", "--quiet"],
-            stdout=subprocess.PIPE, encoding="utf-8")
-        self.addCleanup(self.process.stdout.close)
-        self.addCleanup(self.process.wait)
-        self.addCleanup(self.process.kill)
-        return self.process.stdout.readline().split()[2]
-
     def received(self):
         folder = self.work / "received"
         return [read_json(path) for path in folder.glob("*.json")] if folder.exists() else []
@@ -505,12 +522,8 @@ class Posting(StudyCase):
         """The page is of an address where nobody listens, until it is moved to one where somebody does."""
         page = (self.kits / "kit" / "index.html").read_text(encoding="utf-8")
         self.assertIn("connect-src http://127.0.0.1:1\"", page)
-        address = self.receive("kit")
-        moved = self.kits / "moved"
-        moved.mkdir(exist_ok=True)
-        (moved / "index.html").write_text(page.replace("http://127.0.0.1:1\"", address.rstrip("/") + "\"")
-                                          .replace("http://127.0.0.1:1/answers", address), encoding="utf-8")
-        (moved / "kit.json").write_bytes((self.kits / "kit" / "kit.json").read_bytes())
+        address = receiving(self, "kit")
+        self.move("kit", "moved", address)
         self.show("kit", width=1100, height=800)
         self.to_the_trials()
         self.assertIn("are sent to http://127.0.0.1:1", self.browser.text("#recordsWhere"))
