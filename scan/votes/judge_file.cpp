@@ -170,7 +170,9 @@ JudgeFile parse_judge_file(std::string_view text, const std::string& file) {
     if (!survey.get().is_object() || survey.get().size() > max_answers) {
         survey.fail(fmt::format("an object of at most {} answers", max_answers));
     }
-    for (const auto& answer : survey.get().items()) {
+    // In the order of the page, which `content` does not keep.
+    const auto ordered = nlohmann::ordered_json::parse(without_byte_order_mark(text));
+    for (const auto& answer : ordered.at("survey").items()) {
         result.survey.push_back({.judge = result.votes.judge,
                                  .question = answer.key(),
                                  .answer = survey.at(answer.key().c_str()).text()});

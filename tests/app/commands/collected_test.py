@@ -133,6 +133,7 @@ class Collected(Case):
         self.assertEqual(figures["selection"]["votes"], counts)
         # Everybody's answers to the questions, as data for a spreadsheet; in the page, of those who are counted.
         _, rows = read_csv(self.work / "analysis" / "survey.csv")
+        self.assertEqual([question for _, question, _ in rows[:3]], ["age", "sure", "comments"])  # as the page has them
         answers = {(file["judge"], question): "'" + answer if answer.startswith("=") else answer
                    for file in files for question, answer in file["survey"].items()}
         self.assertEqual({(judge, question): answer for judge, question, answer in rows}, answers)

@@ -19,7 +19,7 @@ from browser import CLOCK, Window
 FIREFOX = os.environ.get("FIREFOX") or shutil.which("firefox-esr") or shutil.which("firefox")
 
 # What keys without a character of their own are called (WebDriver, "keyboard actions").
-KEYS = {"Backspace": "\ue003", "Tab": "\ue004", "Enter": "\ue006", "Home": "\ue011", "ArrowLeft": "\ue012",
+KEYS = {"Backspace": "\ue003", "Enter": "\ue006", "ArrowLeft": "\ue012",
         "ArrowUp": "\ue013", "ArrowRight": "\ue014", "ArrowDown": "\ue015"}
 
 # The user's settings: files are saved without a question, and nothing is asked of the network.
@@ -186,9 +186,12 @@ class Firefox(Window):
             raise RuntimeError(json.dumps(result["exceptionDetails"]))
         return value_of(result["result"])
 
-    def act(self, kind, actions, **details):
-        self.call("input.performActions", context=self.context, actions=[{"type": kind, "id": kind + "".join(details.get("parameters", {}).values()),
-                                                                         "actions": actions, **details}])
+    def act(self, kind, actions, pointer=None):
+        """Does something with the keyboard ("key") or with a `pointer`, "mouse" or "touch"."""
+        source = {"type": kind, "id": pointer or kind, "actions": actions}
+        if pointer:
+            source["parameters"] = {"pointerType": pointer}
+        self.call("input.performActions", context=self.context, actions=[source])
 
     def press(self, key, code=None, times=1):
         """Presses and releases a key; what the place on the keyboard is called the browser says itself."""
@@ -200,7 +203,7 @@ class Firefox(Window):
 
     def point(self, selector, pointer):
         self.act("pointer", [{"type": "pointerMove", **self.place_of(selector)}, {"type": "pointerDown", "button": 0},
-                             {"type": "pointerUp", "button": 0}], parameters={"pointerType": pointer})
+                             {"type": "pointerUp", "button": 0}], pointer)
 
     def click(self, selector):
         """Clicks with the mouse on the place of an element."""

@@ -168,7 +168,7 @@ class Study(StudyCase):
         self.browser.run("document.querySelector('#beforeQuestions button').click()")
         # The card fits a phone, and stripes are two pixels of the device however the page is magnified.
         self.until_screen("calibrate")
-        for width, scale in (390, 3), (1100, 2), (1100, 1):
+        for width, scale in (390, 3), (1000, 2), (1100, 1):
             self.browser.call("Emulation.setDeviceMetricsOverride", width=width, height=800, deviceScaleFactor=scale, mobile=False)
             self.browser.draw()
             self.assertEqual(self.browser.run("[byId('card').offsetHeight > byId('card').offsetWidth, byId('stripes').width]"),
