@@ -351,12 +351,13 @@ TileManifest parse_manifest(const std::string& text, const std::string& file) {
 }
 
 std::string manifest_difference(const std::string& there, const std::string& here) {
-    const auto one = ordered_json::parse(there);
-    const auto other = ordered_json::parse(here);
-    if (auto of_database = difference(one.at("database"), other.at("database"), "database")) {
+    const auto there_json = ordered_json::parse(there);
+    const auto here_json = ordered_json::parse(here);
+    if (auto of_database =
+            difference(there_json.at("database"), here_json.at("database"), "database")) {
         return *of_database;
     }
-    return difference(one, other, "").value_or("");
+    return difference(there_json, here_json, "").value_or("");
 }
 
 TileRecord record_of(const TileManifest& manifest, const pipeline::DistanceTile& tile) {

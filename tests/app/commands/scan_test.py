@@ -575,8 +575,11 @@ class Range(ScanCase):
                                      [[*left[:2], *right[:2]] for left, right, _ in chosen])
                     self.assertEqual(read_json(results / "summary.json")["disagreements"],
                                      len(ranked))
+                    # Of the smallest float32 knows nothing.
                     for precisions in precisions_of(results).values():
-                        self.assertEqual(set(precisions), {"float64"})
+                        self.assertIn("float64", precisions)
+                        if exponent >= 35:
+                            self.assertEqual(set(precisions), {"float64"})
 
     def test_tiny_and_huge_together(self):
         scales = [1e-300, 2e-300, 1e-200, 1e-160, 1e-35, 1e-37, 1e-20, 1, 2, 1e9]

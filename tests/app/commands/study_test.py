@@ -215,8 +215,10 @@ class Study(Case):
         self.assertEqual(said.returncode, 0, said.stderr)
         self.assertIn("1 answer beside another one of the same judge", said.stderr)
         # Of two saves of one judge the one that was counted may be the table, which says nothing of the screen.
-        self.assert_success("votes", "ann.csv", "ann.json", "bo.json", "cy.csv", *votes, "--out", "twice",
-                            "--exclude", "calibration_failed=true")
+        said = self.run_program("votes", "ann.csv", "ann.json", "bo.json", "cy.csv", *votes, "--out", "twice",
+                                "--exclude", "calibration_failed=true")
+        self.assertEqual(said.returncode, 0, said.stderr)
+        self.assertIn('ann.json: has the same votes of "ann" as ann.csv', said.stderr)
         excluded = read_json(self.work / "twice" / "summary.json")["exclusion"]["judges"]
         self.assertEqual([judge["judge"] for judge in excluded], ["ann", "bo"])
         good, _ = self.judge_file(kit, "dan")
