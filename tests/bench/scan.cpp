@@ -6,6 +6,7 @@
 #include <cerrno>
 #include <numeric>
 #include <system_error>
+#include <utility>
 #include <vector>
 
 #include "app/pipeline/refine.h"
@@ -122,11 +123,18 @@ void time_bounds(benchmark::State& state) {
     }
 }
 
-/// Which distances are wanted in float64; those of the selection must be among them.
+/// Which distances are wanted in float64; those of the selection must be among them, or, where the
+/// signs come first because they make many wanted, just those that the signs rest on.
 void time_to_refine(benchmark::State& state, const std::string& name, scan::Decided decided) {
     const auto& distances = many_bounded_distances();
     check_once(name, [&] {
         const auto wanted = scan::to_refine(distances, kSelect, kPerMaterial, decided);
+        if (decided == scan::Decided::count_and_selection) {
+            const auto meeting = scan::find_meeting(distances.first, distances.first_bounds);
+            require(std::cmp_equal(wanted.first.size(), std::ranges::count(meeting, true)),
+                    "not just what meets another one is wanted");
+            return 0;
+        }
         for (const auto& c : scan::select_configurations(distances, kSelect, kPerMaterial)) {
             for (const auto* pairs : {&wanted.first, &wanted.second}) {
                 require(std::ranges::binary_search(*pairs, c.left) &&

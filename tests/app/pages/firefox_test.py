@@ -148,7 +148,8 @@ class Study(FirefoxCase, StudyCase):
         (received,) = (self.work / "received").iterdir()
         self.assertEqual(read_json(received), found)
         self.assertEqual([str(trial["vote"]) for trial in found["trials"]], votes)
-        self.assertEqual(found["survey"], {"age": "44", "screen": "other", "sure": "4"})
+        self.assertEqual(found["survey"],
+                         {"age": "44", "screen": "other", "length": "", "constructor": "", "sure": "4"})
         self.assertEqual([answer["right"] for answer in found["practice"]["answers"]], [True, True])
         calibration = found["calibration"]
         self.assertTrue(calibration["passed"])
