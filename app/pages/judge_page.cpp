@@ -38,7 +38,7 @@ ordered_json page_data(const scan::Kit& kit, const Study& study) {
             {{"configuration", trial.configuration}, {"kind", scan::kind_name(trial.kind)}});
         trials.back().update(sides(trial.materials));
     }
-    ordered_json practice = {sides(kit.practice)};
+    ordered_json practice = ordered_json::array({sides(kit.practice)});
     std::ranges::transform(kit.more_practice, std::back_inserter(practice), sides);
     auto settings = study.settings;
     // Whoever knows the rules could keep to them.
