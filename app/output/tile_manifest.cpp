@@ -187,7 +187,7 @@ void with_json(const std::string& text, const std::string& file, const char* wha
                const std::function<void(const ordered_json&)>& use) {
     ordered_json json;
     try {
-        json = ordered_json::parse(text);
+        json = ordered_json::parse(text, scan::JsonCheck<ordered_json>(file));
     } catch (const ordered_json::exception& error) {
         throw InputError(fmt::format("{}: is no JSON: {}", file, scan::json_fault(error)));
     }

@@ -302,6 +302,8 @@ class Tiles(Case):
         for text in "", "[]", "{", "null", '"x"', "\0" * 100:
             manifest.write_text(text)
             self.assert_refused(INPUT, ["work/manifest.json"], "scan", "--distances", "work", "--out", "none")
+        manifest.write_text('{"tiles": {"side": ' + "[" * 300_000 + "]" * 300_000 + "}}")
+        self.assert_refused(INPUT, ["work/manifest.json", "nested more than 100 deep"], "scan", "--distances", "work", "--out", "none")
         refuse(lambda m: m.update(format=99), "newer")
         refuse(lambda m: m["tiles"].update(side=0), "side")
         refuse(lambda m: m["tiles"].update(side=-1), "side")
