@@ -45,6 +45,14 @@ void expect_known_format(const Json& content, const std::string& file) {
     }
 }
 
+/// A value as errors quote it: ASCII, of a long one the beginning. Of what JsonCheck has let pass.
+template <typename Json>
+std::string json_quote(const Json& value) {
+    constexpr std::size_t kMost = 60;
+    const auto text = value.dump(-1, ' ', true, Json::error_handler_t::replace);
+    return text.size() > kMost ? text.substr(0, kMost) + "..." : text;
+}
+
 /// For the parser of nlohmann::json, of files that strangers may have made: throws InputError for a
 /// key that an object has twice, which readers take in different ways, and for what is nested so
 /// deeply that the stack does not suffice to quote it.
@@ -65,10 +73,7 @@ class JsonCheck {
             keys_.pop_back();
         } else if (event == Event::key &&
                    !keys_.back().insert(parsed.template get_ref<const std::string&>()).second) {
-            constexpr std::size_t kShown = 60;
-            auto key = parsed.dump(-1, ' ', true, Json::error_handler_t::replace);
-            key = key.size() > kShown ? key.substr(0, kShown) + "..." : key;
-            throw InputError(fmt::format("{}: found the key {} twice", file_, key));
+            throw InputError(fmt::format("{}: found the key {} twice", file_, json_quote(parsed)));
         }
         return true;
     }

@@ -21,7 +21,7 @@ class Value {
   public:
     Value(const json& value, std::string place) : value_(value), place_(std::move(place)) {}
 
-    Value at(const char* key) const {
+    Value at(const std::string& key) const {
         if (!value_.is_object()) {
             fail("an object");
         }
@@ -78,10 +78,8 @@ class Value {
     const json& get() const { return value_; }
 
     [[noreturn]] void fail(const std::string& expected) const {
-        constexpr std::size_t kMost = 60;
-        auto found = printable(value_.dump(-1, ' ', true, json::error_handler_t::replace));
-        found = found.size() > kMost ? found.substr(0, kMost) + "..." : found;
-        throw InputError(fmt::format("{}: found {}; expected {}", place_, found, expected));
+        throw InputError(
+            fmt::format("{}: found {}; expected {}", place_, json_quote(value_), expected));
     }
 
     const std::string& place() const { return place_; }
@@ -132,8 +130,19 @@ bool is_judge_file(std::string_view text) {
 
 JudgeFile parse_judge_file(std::string_view text, const std::string& file) {
     json content;
+    std::vector<std::string> questions;  // in the order of the page, which `content` does not keep
+    bool in_survey = false;
+    JsonCheck<json> check(file);
+    const auto watch = [&](int depth, json::parse_event_t event, json& parsed) {
+        if (event == json::parse_event_t::key && depth == 1) {
+            in_survey = parsed == "survey";
+        } else if (event == json::parse_event_t::key && depth == 2 && in_survey) {
+            questions.push_back(parsed.get<std::string>());
+        }
+        return check(depth, event, parsed);
+    };
     try {
-        content = json::parse(without_byte_order_mark(text), JsonCheck<json>(file));
+        content = json::parse(without_byte_order_mark(text), watch);
     } catch (const json::exception& error) {
         throw InputError(fmt::format("{}: is no JSON: {}", file, json_fault(error)));
     }
@@ -170,12 +179,10 @@ JudgeFile parse_judge_file(std::string_view text, const std::string& file) {
     if (!survey.get().is_object() || survey.get().size() > max_answers) {
         survey.fail(fmt::format("an object of at most {} answers", max_answers));
     }
-    // In the order of the page, which `content` does not keep.
-    const auto ordered = nlohmann::ordered_json::parse(without_byte_order_mark(text));
-    for (const auto& answer : ordered.at("survey").items()) {
+    for (const auto& question : questions) {
         result.survey.push_back({.judge = result.votes.judge,
-                                 .question = answer.key(),
-                                 .answer = survey.at(answer.key().c_str()).text()});
+                                 .question = question,
+                                 .answer = survey.at(question).text()});
     }
     if (const auto calibration = value.at("calibration"); !calibration.is_null()) {
         if (const auto passed = calibration.at("passed"); !passed.is_null()) {
