@@ -17,20 +17,6 @@ constexpr std::uint64_t kRowsPerUpdate = 4096;
 
 }  // namespace
 
-Distances DistanceTable::distances(std::size_t first, std::size_t second) const& {
-    const MetricColumn& a = metrics.at(first);
-    const MetricColumn& b = metrics.at(second);
-    return {.names = names,
-            .first_metric = a.metric,
-            .second_metric = b.metric,
-            .first = a.values,
-            .second = b.values,
-            .first_bounds = a.bounds,
-            .second_bounds = b.bounds,
-            .first_is_final = a.is_final,
-            .second_is_final = b.is_final};
-}
-
 Distances DistanceTable::distances(std::size_t first, std::size_t second) && {
     MetricColumn& a = metrics.at(first);
     MetricColumn& b = metrics.at(second);

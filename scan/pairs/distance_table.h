@@ -28,13 +28,10 @@ struct DistanceTable {
     std::uint32_t materials() const { return static_cast<std::uint32_t>(names.size()); }
     std::uint64_t pairs() const { return pair_count(names.size()); }
 
-    /// Two of the metrics, by index, for the scan.
-    Distances distances(std::size_t first, std::size_t second) const&;
-
-    /// The same, of two different metrics, without a copy.
+    /// Two different ones of the metrics, by index, for the scan. Nothing is copied.
     Distances distances(std::size_t first, std::size_t second) &&;
 
-    /// The same, as long as this stays as it is.
+    /// Two of the metrics, by index, as long as this stays as it is.
     DistancesView view(std::size_t first, std::size_t second) const;
 };
 

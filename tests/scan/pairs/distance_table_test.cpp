@@ -56,7 +56,7 @@ TEST(DistanceTable, AnyOrderAndOrientation) {
     EXPECT_EQ(table.metrics[0].metric, "one");
     EXPECT_THAT(table.metrics[0].values, ElementsAre(1, 0.5, 0));
     EXPECT_THAT(table.metrics[1].values, ElementsAre(0.03, 2, 1e300));
-    const auto scanned = table.distances(1, 0);
+    const auto scanned = table.view(1, 0);
     EXPECT_EQ(scanned.first_metric, "two");
     EXPECT_THAT(scanned.second, ElementsAre(1, 0.5, 0));
     EXPECT_NO_THROW(scanned.validate());

@@ -92,7 +92,7 @@ TEST(CompareMetrics, EveryTwoInOrderWithCountsAndStrongest) {
             const Comparison& c = result.comparisons[i++];
             EXPECT_EQ(c.first, first);
             EXPECT_EQ(c.second, second);
-            const Distances d = table.distances(first, second);
+            const Distances d = DistanceTable(table).distances(first, second);
             const auto all = testing::plain_disagreements(d);
             EXPECT_EQ(c.counts.disagreements(), all.size());
             EXPECT_EQ(c.strongest, testing::plain_selection(d, all, 5, 1));
