@@ -145,13 +145,18 @@ class PageCase(Case):
         # Votes are waited for, but where a judge is goes to the disk while the page goes on.
         self.until("exchange(keyOf(judge.name), () => undefined).then(r => !r || r.judge.screen === 'trial', () => true)")
 
-    def download(self, button, name):
+    def saved(self, button, name):
+        """The file of that name that a button saves."""
         self.browser.run(f"document.querySelector('{button}').click()")
         path, end = self.work / name, time.monotonic() + 60
         while not path.exists():
             self.assertLess(time.monotonic(), end, list(self.work.iterdir()))
             time.sleep(0.02)
         time.sleep(0.1)
+        return path
+
+    def download(self, button, name):
+        path = self.saved(button, name)
         header, rows = read_csv(path)
         path.rename(self.work / f"saved-{name}")  # the browser would number the next one
         return [dict(zip(header, row, strict=True)) for row in rows]

@@ -6,7 +6,6 @@ import math
 import pathlib
 import subprocess
 import sys
-import time
 
 import support
 from judge_page_test import PageCase
@@ -117,15 +116,6 @@ class StudyCase(PageCase):
                 self.step(lambda: self.browser.run("byId('resume').click()"))
             self.answer(digit)
 
-    def read_download(self, button, name):
-        self.browser.run(f"document.querySelector('{button}').click()")
-        path, end = self.work / name, time.monotonic() + 60
-        while not path.exists():
-            self.assertLess(time.monotonic(), end, list(self.work.iterdir()))
-            time.sleep(0.02)
-        time.sleep(0.1)
-        return read_json(path)
-
 
 def receiving(case, kit):
     """Starts examples/receiver.py for a kit, until the test ends; returns its address."""
@@ -208,7 +198,7 @@ class Study(StudyCase):
         self.browser.run("document.querySelector('#questions button').click()")
         self.until_screen("done")
         self.assertIn("It was about metrics.", self.browser.text("#debrief"))
-        found = self.read_download("#saveAll", "judge-anna.json")
+        found = read_json(self.saved("#saveAll", "judge-anna.json"))
         self.assertIn("saved", self.browser.text("#saveAll"))
         self.assertEqual((found["format"], found["version"], found["judge"], found["complete"]),
                          ("merl-scan judge", 1, "anna", True))
@@ -409,7 +399,7 @@ class Timing(StudyCase):
         self.answer("1")
         self.until_screen("done")  # nothing is asked
         self.assertTrue(self.browser.run("byId('saveSurvey').hidden && byId('toSurvey').hidden"))
-        found = self.read_download("#saveAll", "judge-bo.json")
+        found = read_json(self.saved("#saveAll", "judge-bo.json"))
         self.assertEqual([trial["vote"] for trial in found["trials"]], [1] + [2] * (count - 1))
         self.assertEqual([trial["timeouts"] for trial in found["trials"]], [2] + [0] * (count - 1))
         self.assertEqual((found["consent"], found["sessions"], found["panel"]), (None, [], {}))
@@ -531,7 +521,7 @@ class Posting(StudyCase):
         self.browser.run("document.querySelector('#questions button').click()")
         self.until("byId('sent').classList.contains('bad')")
         self.assertIn("could not be sent", self.browser.text("#sent"))
-        self.assertEqual(self.read_download("#saveAll", "judge-anna.json")["judge"], "anna")
+        self.assertEqual(read_json(self.saved("#saveAll", "judge-anna.json"))["judge"], "anna")
         (self.work / "judge-anna.json").unlink()
         # The same kit, at the same place of the browser, with a receiver.
         self.show("moved", width=1100, height=800)
@@ -540,7 +530,7 @@ class Posting(StudyCase):
         self.until_screen("done")
         self.until("byId('sent').textContent.startsWith('Your answers were sent')")
         (stored,) = self.received()
-        self.assertEqual(stored, self.read_download("#saveAll", "judge-anna.json"))
+        self.assertEqual(stored, read_json(self.saved("#saveAll", "judge-anna.json")))
         self.assertEqual(stored["kit_hash"], self.kit["kit_hash"])
         # No other origin may be asked.
         self.assertEqual(self.browser.run("fetch('http://127.0.0.1:9/').then(() => 'there', e => e.name)"), "TypeError")
